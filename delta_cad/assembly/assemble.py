@@ -43,6 +43,7 @@ from delta_cad.assembly.panel import place_panel, place_sleeves
 from delta_cad.assembly.sequence import assembly_sequence
 from delta_cad.assembly.supplies import supplies
 from delta_cad.dimensions import Dimensions, link_placement
+from delta_cad.dimensions.bracket import board_screw
 from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, LINER_GLUE_MM, RING_MM, TUBE_GLUE_MM
 from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM, POCKET_MM
 from delta_cad.dimensions.layers import STUB_DEPTH_MM, motor_screw_mm
@@ -120,7 +121,8 @@ def _bracket(builder: AssemblyBuilder, i: int) -> None:
         way = UP if side == "m" else DRIVEN  # into the cheek from inside, or into the block
         for k, (x, z) in enumerate(brackets.cheek_dowel_positions(d)):
             bottom = shoulder @ pointing((0, outwards, 0), x, inside - outwards * into, z)
-            builder.pin(f"cheek_dowel_{i}_{side}{k}", into + thickness, "base", bottom, block, own, path=way)
+            held = (own,) if brackets.is_slotted(d, side, k) else (block, own)
+            builder.pin(f"cheek_dowel_{i}_{side}{k}", into + thickness, "base", bottom, *held, path=way)
 
     middle = (encoder_side[1] + motor_side[0]) / 2
     row = catalogue.screw(brackets.BASE_SCREW)
@@ -133,7 +135,8 @@ def _bracket(builder: AssemblyBuilder, i: int) -> None:
     sunk, filled = brackets.base_pin_mm(d)
     for k, u in enumerate(b.base_dowel_u_mm):
         bottom = d.stand(i) @ at(u, middle, d.base.top_mm - sunk)
-        builder.pin(f"base_dowel_{i}_{k}", filled, "base", bottom, block, "base_plate", path=UP)
+        held = ("base_plate",) if k else (block, "base_plate")  # the second stands in a slot of the block
+        builder.pin(f"base_dowel_{i}_{k}", filled, "base", bottom, *held, path=UP)
 
     stop, end = builder.dowel("4", brackets.stop_pin_length_mm(d)), brackets.stop_end_mm(d)
     held = pressed(cheek, end - motor_side[0] - CHAMFERS_MM, "stop pin in the cheek")
@@ -167,12 +170,13 @@ def _board(builder: AssemblyBuilder, i: int) -> None:
     shoulder, (back, front) = d.stand(i) @ at(d.bracket.shoulder_u_mm), layers.encoder_board_mm
     frame = shoulder @ at(0.0, front, 0.0) @ UPRIGHT
     builder.put(board, builder.made(make_encoder_board), "base", frame, path=IN, frame=block)
-    row = catalogue.screw(brackets.BOARD_SCREW)
+    size = board_screw(d.encoder)
+    row = catalogue.screw(size)
     gap, clear = layers.encoder_head_mm[0] - front, row.clearance_hole_mm
     spacer = builder.once("board_spacer", lambda: bought_parts.make_spacer(clear, gap))
     thread, drilled = brackets.board_thread_mm(d)
     into = thread if drilled else thread - 2.0
-    screw = builder.screw(brackets.BOARD_SCREW, longest(brackets.BOARD_SCREW, front - back + gap + into))
+    screw = builder.screw(size, longest(size, front - back + gap + into))
     face, core = ring(clear + 2.0, clear), row.tap_drill_mm
     for k, (x, height) in enumerate(d.board_screws_mm):
         own, e = f"board_spacer_{i}_{k}", d.encoder

@@ -25,12 +25,21 @@ from delta_cad.dimensions.forearm import TUBE_ADHESIVE
 from delta_cad.dimensions.leads import SENSOR_MM, STRAIGHT_MM
 from delta_cad.dimensions.panel import TEMPLATE
 from delta_cad.dimensions.platform import WRIST_MARK
-from delta_cad.dimensions.tolerances import END_TORQUE_N_m
+from delta_cad.dimensions.rules import tenths_above
+from delta_cad.dimensions.tolerances import PREDRILLED_MM, END_TORQUE_N_m
+from delta_cad.dimensions.tolerances.machine import general_class
+from delta_cad.dimensions.tolerances.zero import (
+    CALIBRATED_MM,
+    ZERO_DEG,
+    calibrated_chain,
+    stop_chain,
+    travel_off_deg,
+)
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism import joint_angles
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.bought_parts import CORD_SLACK_MM
-from delta_cad.solids.brackets import base_pin_mm
+from delta_cad.solids.brackets import base_pin_mm, cheek_dowel_depth_mm
 from delta_cad.solids.part import Consumable
 
 STEPS = Path(__file__).with_name("sequence.toml")
@@ -91,7 +100,11 @@ def _values(d: Dimensions) -> dict[str, Any]:
         "high_deg": high,
         "travel_deg": high - low,
         "counts": (high - low) / 360.0 * d.encoder.counts_per_turn,
-        "travel_off_deg": max(0.5, 720.0 / d.encoder.counts_per_turn),
+        "calibrated_mm": CALIBRATED_MM,
+        "zero_off_deg": calibrated_chain(d).worst[1],
+        "zero_deg": ZERO_DEG,
+        "predrilled_mm": PREDRILLED_MM,
+        "reamed_mm": cheek_dowel_depth_mm(d),
         "straight_mm": STRAIGHT_MM,
         "cord_slack_mm": CORD_SLACK_MM,
         "pins_under_mm": d.base.thickness_mm - base_pin_mm(d)[0],
@@ -103,6 +116,10 @@ def _values(d: Dimensions) -> dict[str, Any]:
         "template": TEMPLATE,
         "wrist_mark": WRIST_MARK,
     }
+    if d.sensed_at_shoulder:
+        general = general_class(d)
+        found["stop_off_deg"] = tenths_above(stop_chain(d, general).worst[1])
+        found["travel_off_deg"] = tenths_above(travel_off_deg(d, general))
     if c is not None:
         force = drive_torque(d.design).cable_pretension_N
         assert force is not None

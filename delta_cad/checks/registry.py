@@ -29,6 +29,7 @@ from delta_cad.checks.range.drive import check_bend, check_drive
 from delta_cad.checks.range.forward import check_forward
 from delta_cad.checks.range.joint_axes import check_joint_axes
 from delta_cad.checks.range.joints import check_joints
+from delta_cad.checks.range.mates import check_mates
 from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.range.tolerances import check_tolerances
 from delta_cad.checks.report import CheckResult
@@ -36,6 +37,7 @@ from delta_cad.checks.sections import check_sections
 from delta_cad.checks.solidity import check_solidity
 from delta_cad.checks.structure import check_structure
 from delta_cad.dimensions import Dimensions
+from delta_cad.dimensions.tolerances.machine import general_class
 from delta_cad.drive import drive_torque
 from delta_cad.mechanism import DeltaGeometry
 from delta_cad.structure.spans import structure_spans
@@ -120,6 +122,14 @@ CHECKS = (
     _Check("cable", "design", 0.02, "Cable path", lambda m: check_cable(m.assembly)),
     _Check("bend", "design", 0.0, "Cable bending", lambda m: check_bend(drive_torque(m.d.design))),
     _Check("tolerance", "design", 0.0, "Tolerances", lambda m: check_tolerances(m.d), True),
+    _Check(
+        "mates",
+        "design",
+        0.1,
+        "Mating patterns",
+        lambda m: check_mates(m.assembly, general_class(m.d)),
+        True,
+    ),
     _Check("panel", "design", 0.0, "Panel", lambda m: check_panel(m.assembly, m.d, m.limits, m.meshes)),
     _Check(
         "sections", "design", 0.93, "Cross-sections", lambda m: check_sections(m.assembly, structure_spans(m.d)), True

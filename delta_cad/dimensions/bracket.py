@@ -417,7 +417,15 @@ def bracket_dimensions(
 
 
 _NEXT_TO_MM = 0.5  # of the board's screws, its plug and edges from the neighbour's motor, which is drawn off past them
-_BOARD_SCREW = "M2.5"
+_BOARD_SCREWS = "M2.5", "M2"  # the largest first
+
+
+def board_screw(encoder: catalogue.Encoder) -> str:
+    """Gives the size of the screws of an encoder's board: the largest that has the usual play in the board's holes."""
+    fitting = (size for size in _BOARD_SCREWS if catalogue.screw(size).clearance_hole_mm <= encoder.hole_diameter_mm)
+    return next(fitting, _BOARD_SCREWS[-1])
+
+
 PLUG_MM = (5.0, 4.0, 5.0)  # half width, height over the board and length of the plug at its lower end
 BOARD_EDGE_MM = 4.0  # of a direct drive's leg around its board's screws
 _DIRECTIONS, _ANGLES = 1440, 181  # in which a hull is looked at, to 1e-4 mm; of an arm between its stops
@@ -519,7 +527,7 @@ def _board_boxes(
     stack: Layers, encoder: catalogue.Encoder
 ) -> list[tuple[float, tuple[float, float], tuple[float, float]]]:
     """Half width, extents along the shoulder's axis and up, of the upright board, its two rows of screws, its plug."""
-    screw, (back, front) = catalogue.screw(_BOARD_SCREW), stack.encoder_board_mm
+    screw, (back, front) = catalogue.screw(board_screw(encoder)), stack.encoder_board_mm
     half, head = encoder.board_length_mm / 2, screw.head_diameter_mm / 2
     along = back - screw.head_height_mm, stack.encoder_head_mm[0]
     wide, row = encoder.hole_spacing_width_mm / 2 + head, encoder.hole_spacing_length_mm / 2

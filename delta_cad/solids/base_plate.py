@@ -7,8 +7,8 @@ from math import cos, radians, sin
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.boring import Boring, along_z, fitted, sunk, tapped
-from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM
+from delta_cad.solids.boring import Boring, along_z, fitted, placed, sunk, tapped
+from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM, base_zone_mm
 from delta_cad.solids.making import GRAPHITE, made_part, material
 from delta_cad.solids.part import Bore, Part
 from delta_cad.solids.primitive import bore_z, cut, edge_break, feature, hull_along_z
@@ -53,7 +53,7 @@ def make_base_plate(d: Dimensions) -> Part:
 
     bored(f"{b.centre_hole_mm:g} through, cables", b.centre_hole_mm, [(0.0, 0.0)])
     screws, dowels = of_chains(k.base_screw_u_mm), of_chains(k.base_dowel_u_mm)
-    rest = [along_z(screw.clearance_hole_mm, at, (seat, high)) for at in screws]
+    rest = [placed(along_z(screw.clearance_hole_mm, at, (seat, high)), base_zone_mm(d)) for at in screws]
     boring.add(f"{screw.clearance_hole_mm:g} through, foot blocks", rest)
     heads = [sunk(along_z(screw.counterbore_diameter_mm, at, (low, seat))) for at in screws]
     boring.add(f"counterbore {screw.counterbore_depth_mm:g} deep from below", heads)

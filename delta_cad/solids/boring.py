@@ -16,12 +16,15 @@ from delta_cad import catalogue
 from delta_cad.common.vectors import cross_length
 from delta_cad.dimensions.tolerances import (
     FITTED_RA_UM,
+    PLACE_MM,
+    SLOT_CUTTER_MM,
+    SLOT_MM,
     TIP_DEG,
     deviations_um,
     drilled_mm,
     tip_mm,
 )
-from delta_cad.solids.part import Bore, Hole, Triple
+from delta_cad.solids.part import Bore, Hole, Slot, Triple
 from delta_cad.solids.primitive import THROUGH_MM, Point, cylinder, turned
 
 UP, DOWN = 1.0, -1.0
@@ -81,15 +84,53 @@ def tapped(bore: Bore, size: str, thread_mm: float | None = None) -> Bore:
     return replace(blind(bore, TIP_DEG), diameter_mm=drill, depth_mm=deep, thread=size, thread_mm=thread_mm)
 
 
-def fitted(bore: Bore, fit: str) -> Bore:
-    """The same reamed or bored to a fit."""
+def fitted(bore: Bore, fit: str, zone_mm: float | None = PLACE_MM) -> Bore:
+    """The same reamed or bored to a fit, its axis in a zone; see `Bore.zone_mm`."""
     lower, upper = deviations_um(fit, bore.diameter_mm)
-    return replace(bore, fit=fit, deviations_um=(lower, upper), surface_um=FITTED_RA_UM[int(fit[1:])])
+    surface = FITTED_RA_UM[int(fit[1:])]
+    return replace(bore, fit=fit, deviations_um=(lower, upper), surface_um=surface, zone_mm=zone_mm)
 
 
 def within(bore: Bore, lower_um: float, upper_um: float) -> Bore:
     """The same with deviations of its own."""
     return replace(bore, deviations_um=(lower_um, upper_um))
+
+
+def placed(bore: Bore, zone_mm: float) -> Bore:
+    """The same with its axis in a zone of this diameter."""
+    return replace(bore, zone_mm=zone_mm)
+
+
+def reamed_with(bore: Bore, part: str, predrilled_mm: float = 0.0, zone_mm: float | None = None) -> Bore:
+    """The same reamed at assembly together with another part's, before which its drilled axis is in a zone."""
+    return replace(bore, reamed_with=part, predrilled_mm=predrilled_mm, zone_mm=zone_mm)
+
+
+def slot(bore: Bore, along: Triple) -> Slot:
+    """The slot that lets a pin move along a direction where a blind fitted bore would hold it."""
+    if bore.deviations_um is None or bore.zone_mm is None or bore.through:
+        raise ValueError(
+            f"the bore of {bore.diameter_mm:g} mm has no fit, no zone, or no floor: no slot takes its place"
+        )
+    return Slot(
+        start_mm=bore.start_mm,
+        direction=bore.direction,
+        along=along,
+        width_mm=bore.diameter_mm,
+        long_mm=bore.diameter_mm + SLOT_MM,
+        depth_mm=bore.depth_mm,
+        fit=bore.fit,
+        deviations_um=bore.deviations_um,
+        zone_mm=bore.zone_mm,
+    )
+
+
+def slot_tool(one: Slot) -> cq.Shape:
+    """What a slot takes away, its corners as round as its cutter; it stands out where the slot enters."""
+    way = cq.Vector(*one.direction)
+    plane = cq.Plane(cq.Vector(*one.start_mm) - way * THROUGH_MM, cq.Vector(*one.along), way)
+    prism = cq.Workplane(plane).rect(one.long_mm, one.width_mm).extrude(one.depth_mm + THROUGH_MM)
+    return prism.edges(cq.selectors.ParallelDirSelector(way)).fillet(SLOT_CUTTER_MM / 2).val()  # type: ignore[return-value]
 
 
 def tool(bore: Bore) -> cq.Solid:
@@ -175,3 +216,9 @@ class Boring:
         if every:
             self.tools += map(tool, every)
             self.holes.append(group(callout, (*every, *again)))
+
+    def add_slots(self, callout: str, slots: Iterable[Slot]) -> None:
+        """Adds a group of slots of one width, tools and record."""
+        every = tuple(slots)
+        self.tools += map(slot_tool, every)
+        self.holes.append(Hole(every[0].width_mm, len(every), callout, is_slot=True, slots=every))

@@ -18,6 +18,7 @@ from delta_cad.dimensions.bracket import (
     BLOCK_SCREW,
     CHEEK_EDGE_MM,
     KEY_SLOT_MM,
+    board_screw,
     key_rad,
     key_slot_floor_mm,
 )
@@ -25,8 +26,34 @@ from delta_cad.dimensions.capstan import CapstanDimensions
 from delta_cad.dimensions.layers import MOTOR_PLAY_MM, motor_screw_mm
 from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import DRILL_DIAMETERS, require, tenths_above
-from delta_cad.dimensions.tolerances import LENGTH_MM, TIP_DEG, drilled_mm, minutes, seat_tilt_rad, tip_mm
-from delta_cad.solids.boring import Boring, along_y, along_z, blind, fitted, sunk, tapped
+from delta_cad.dimensions.tolerances import (
+    LENGTH_MM,
+    MOTOR_ZONE_MM,
+    PLACE_MM,
+    PREDRILLED_MM,
+    SLOT_CUTTER_MM,
+    SLOT_MM,
+    STOP_ZONE_MM,
+    TIP_DEG,
+    drilled_mm,
+    minutes,
+    seat_tilt_rad,
+    tip_mm,
+)
+from delta_cad.dimensions.tolerances.machine import board_zone_mm
+from delta_cad.dimensions.tolerances.mates import Locators, pair, screw_zone_mm
+from delta_cad.solids.boring import (
+    Boring,
+    along_y,
+    along_z,
+    blind,
+    fitted,
+    placed,
+    reamed_with,
+    slot,
+    sunk,
+    tapped,
+)
 from delta_cad.solids.making import hull_y, made_part, material
 from delta_cad.solids.part import Bore, Hole, Part
 from delta_cad.solids.primitive import (
@@ -46,7 +73,6 @@ from delta_cad.solids.primitive import (
 
 _BLOCK_THREAD_MM, BASE_THREAD_MM, _DOWEL_DEPTH_MM = 7.0, 11.0, 6.0  # usable; the block's threads go through
 DOWEL_MM = 3.0
-BOARD_SCREW = "M2.5"
 _BOARD_THREAD_MM = 8.0
 _UNDER_TIP_MM = 1.4  # least metal before a blind drill's tip
 _NEXT_TO_TIP_MM = 1.0  # from the tips of a foot block's cross dowels to its upright ones: else they end flat
@@ -111,6 +137,11 @@ def cheek_screw_sink_mm(d: Dimensions, thickness_mm: float) -> float:
     return thickness_mm + _block_thread_mm(d) - length
 
 
+def is_slotted(d: Dimensions, side: str, k: int) -> bool:
+    """Whether a cheek's dowel stands in a slot of the foot block: side "e" or "m", 0 or 1 along it."""
+    return k == 1 and (side == "m" or d.capstan is None)
+
+
 def cheek_dowel_depth_mm(d: Dimensions) -> float:
     """Computes how deep a cheek's dowel stands in the foot block: clear of the base's screws and dowels."""
     return min(5.0, (d.layers.motor_cheek_mm[0] - d.layers.encoder_cheek_mm[1]) / 2 - 2.0)
@@ -144,21 +175,54 @@ def stop_pin_length_mm(d: Dimensions) -> float:
 
 def board_thread_mm(d: Dimensions) -> tuple[float, float | None]:
     """Depth of the encoder board's threads, and where their drill ends along the shoulder's axis; None: through."""
-    face, inside = d.layers.encoder_head_mm[0], d.layers.encoder_cheek_mm[1]
-    deep = face + drilled_mm(BOARD_SCREW, _BOARD_THREAD_MM)
-    tip = tip_mm(catalogue.screw(BOARD_SCREW).tap_drill_mm)
+    face, inside, size = d.layers.encoder_head_mm[0], d.layers.encoder_cheek_mm[1], board_screw(d.encoder)
+    deep = face + drilled_mm(size, _BOARD_THREAD_MM)
+    tip = tip_mm(catalogue.screw(size).tap_drill_mm)
     return (_BOARD_THREAD_MM, deep) if deep + tip < inside - _UNDER_TIP_MM else (inside - face, None)
 
 
-def _to_the_block(d: Dimensions, boring: Boring, ends: tuple[float, float]) -> None:
+def _cheek_locators(d: Dimensions) -> Locators:
+    """What holds the motor's cheek on the foot block, and of a direct drive the encoder's as well."""
+    first, second = cheek_dowel_positions(d)
+    return pair(first, second, PLACE_MM)
+
+
+def _block_zone_mm(d: Dimensions) -> float:
+    """Zone of the screws between foot block and cheeks: what both cheeks bear.
+
+    Of a capstan's the encoder's cheek is set in line with the motor's: it is shifted up and down as that one's seat is,
+    and gives way the other way by its turn about it.
+    """
+    row, located = catalogue.screw(BLOCK_SCREW), _cheek_locators(d)
+    taken = max(located.shift_mm(at) for at in cheek_screw_positions(d))
+    if d.capstan is not None:
+        taken = max(taken, located.shift_mm((0.0, 0.0), np.array([[0.0, 1.0], [0.0, -1.0]])))
+    return screw_zone_mm(row.clearance_hole_mm, row.diameter_mm, taken)
+
+
+def base_zone_mm(d: Dimensions) -> float:
+    """Zone of the screws between base plate and foot blocks, which two pins locate."""
+    row, b = catalogue.screw(BASE_SCREW), d.bracket
+    first, second = ((u, 0.0) for u in b.base_dowel_u_mm)
+    located = pair(first, second, PLACE_MM)
+    taken = max(located.shift_mm((u, 0.0)) for u in b.base_screw_u_mm)
+    return screw_zone_mm(row.clearance_hole_mm, row.diameter_mm, taken)
+
+
+def _to_the_block(d: Dimensions, boring: Boring, ends: tuple[float, float], reamed: bool = False) -> None:
     """Adds a cheek's bores for the screws and dowels into the foot block, from its outer face to its inner one."""
     block, screws, (outside, inside) = catalogue.screw(BLOCK_SCREW), cheek_screw_positions(d), ends
     sink = cheek_screw_sink_mm(d, abs(outside - inside))
     seat = outside + (sink if inside > outside else -sink)
-    rest = [along_y(block.clearance_hole_mm, at, (seat, inside)) for at in screws]
+    zone = _block_zone_mm(d)
+    rest = [placed(along_y(block.clearance_hole_mm, at, (seat, inside)), zone) for at in screws]
     boring.add(f"{block.clearance_hole_mm:g} through, to the foot block", rest)
     dowels = [fitted(along_y(DOWEL_MM, at, ends), "H7") for at in cheek_dowel_positions(d)]
-    boring.add(f"{DOWEL_MM:g} H7 through, dowels of the foot block", dowels)
+    how = ""
+    if reamed:
+        dowels = [reamed_with(dowel, "foot_block", PREDRILLED_MM) for dowel in dowels]
+        how = f", drilled {PREDRILLED_MM:g}, opened and reamed with the foot block at assembly"
+    boring.add(f"{DOWEL_MM:g} H7 through, dowels of the foot block{how}", dowels)
     if sink > 0.0:
         heads = [sunk(along_y(block.counterbore_diameter_mm, at, (outside, seat))) for at in screws]
         boring.add(f"counterbore {sink:g} deep from the outer side", heads)
@@ -191,16 +255,18 @@ def make_motor_cheek(d: Dimensions) -> Part:
         wide = d.motor.diameter_mm + 2 * MOTOR_PLAY_MM
         pocket = sunk(along_y(wide, (x, z), (outside, face)))
         boring.add(f"pocket {d.layers.motor_pocket_mm:.1f} deep from the outer side, motor", [pocket])
-    pilot = fitted(along_y(d.motor.pilot_diameter_mm, (x, z), (face, inside)), "H7")
+    off = PLACE_MM if d.capstan is not None else 0.0
+    pilot = fitted(along_y(d.motor.pilot_diameter_mm, (x, z), (face, inside)), "H7", off)
     boring.add(f"{d.motor.pilot_diameter_mm:g} H7 through, motor pilot", [pilot])
     seat = inside + seat_depth
-    rest = [along_y(screw.clearance_hole_mm, at, (seat, face)) for at in motor_screws]
+    zone = screw_zone_mm(screw.clearance_hole_mm, screw.diameter_mm, off / 2.0, MOTOR_ZONE_MM)
+    rest = [placed(along_y(screw.clearance_hole_mm, at, (seat, face)), zone) for at in motor_screws]
     boring.add(f"{screw.clearance_hole_mm:g} through, motor screws", rest)
     heads = [sunk(along_y(_motor_counterbore_mm(d), at, (inside, seat))) for at in motor_screws]
     boring.add(f"counterbore {seat_depth:g} deep from the arm's side", heads)
     _to_the_block(d, boring, (outside, inside))
     pins = [(u - b.shoulder_u_mm, height) for u, height in b.stop_pins_mm]
-    pressed = [fitted(along_y(b.stop_pin_mm, at, (inside, outside)), "H7") for at in pins]
+    pressed = [fitted(along_y(b.stop_pin_mm, at, (inside, outside)), "H7", STOP_ZONE_MM) for at in pins]
     boring.add(f"{b.stop_pin_mm:g} H7 through, stop pin pressed in", pressed)
     if d.capstan is not None:
         if d.capstan.collar_at_motor:
@@ -211,7 +277,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
             slots.append(Hole(KEY_SLOT_MM, 1, f"{slot}, {line}", is_slot=True))
         _bearing_seat(d, boring, (inside, d.layers.bearings_mm[1][1], outside), "H7", "bearing seat")
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, [*boring.tools, *tools]))
-    description = f"motor cheek, plate {outside - inside:g}{_reamed(d)}"
+    description = f"motor cheek, plate {outside - inside:g}"
     extent = hull_y(outline, (inside, outside))
     return made_part(number, description, solid, material("aluminium-6082"), extent, [*boring.holes, *slots])
 
@@ -278,9 +344,10 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     thread, drilled = board_thread_mm(d)
     boring = Boring()
     callout = f"x {thread:g}, drilled {drilled - face:g} deep" if drilled else "through"
-    threads = [tapped(along_y(0.0, at, (face, inside)), BOARD_SCREW, thread if drilled else None) for at in board]
-    boring.add(f"{BOARD_SCREW} {callout}, encoder board", threads)
-    _to_the_block(d, boring, (outside, inside))
+    size = board_screw(d.encoder)
+    threads = [tapped(along_y(0.0, at, (face, inside)), size, thread if drilled else None) for at in board]
+    boring.add(f"{size} {callout}, encoder board", (placed(one, board_zone_mm(d.encoder)) for one in threads))
+    _to_the_block(d, boring, (outside, inside), reamed=d.capstan is not None)
     if d.preload is not None:
         floor = d.layers.bearings_mm[0][0] - d.preload.work_height_mm
         _bearing_seat(d, boring, (inside, floor, face), "H6", "bearing slides, wave spring behind it")
@@ -294,7 +361,7 @@ def make_encoder_cheek(d: Dimensions) -> Part:
 
 
 def _reamed(d: Dimensions) -> str:
-    """How a cheek's dowel holes are made, so that both bearings' seats are in line."""
+    """How the encoder's cheek gets its dowel holes, so that both bearings' seats are in line."""
     if d.capstan is None:
         return ""
     tilt = minutes(seat_tilt_rad(d.bracket))
@@ -306,7 +373,7 @@ def _bearing_seat(d: Dimensions, boring: Boring, ends: tuple[float, float, float
     """Adds a seat from a cheek's inner face to its floor, and the passage through the lip to the outer face."""
     outer, passage, axis = d.bearing.outer_mm, d.bracket.passage_mm, (0.0, 0.0)
     inside, floor, face = ends
-    seat = fitted(blind(along_y(outer, axis, (inside, floor))), fit)
+    seat = fitted(blind(along_y(outer, axis, (inside, floor))), fit, 0.0)
     boring.add(f"{outer:g} {fit} x {seat.depth_mm:g} +-{LENGTH_MM:g} from the arm's side, {what}", [seat])
     boring.add(f"{passage:g} through, shaft passage and lip", [along_y(passage, axis, (floor, face))])
 
@@ -318,17 +385,18 @@ def _block_thread(at: tuple[float, float], ends: tuple[float, float], depth_mm: 
 
 
 def make_foot_block(d: Dimensions) -> Part:
-    """Block between the cheeks, screwed to the base from below and located by two dowels."""
+    """Block between the cheeks, screwed to the base from below and located by two dowels, the second in a slot."""
     number, b = "foot_block", d.bracket
     low, high = (u - b.shoulder_u_mm for u in b.foot_u_mm)
     y = (d.layers.encoder_cheek_mm[1], d.layers.motor_cheek_mm[0])
     middle, z = sum(y) / 2, (b.base_top_mm, b.base_top_mm + b.foot_height_mm)
     body = box((low, y[0], z[0]), (high, y[1], z[1]))
     body = edge_break(number, body, ">Z", CHEEK_EDGE_MM)
-    depth, into, boring = _block_thread_mm(d), cheek_dowel_depth_mm(d), Boring()
-    through = y[1] - y[0] <= DRILL_DIAMETERS * catalogue.screw(BLOCK_SCREW).tap_drill_mm
+    depth, boring = _block_thread_mm(d), Boring()
+    through, zone = y[1] - y[0] <= DRILL_DIAMETERS * catalogue.screw(BLOCK_SCREW).tap_drill_mm, _block_zone_mm(d)
     cross, back = (
-        [_block_thread(at, ends, depth, through) for at in cheek_screw_positions(d)] for ends in (y, (y[1], y[0]))
+        [placed(_block_thread(at, ends, depth, through), zone) for at in cheek_screw_positions(d)]
+        for ends in (y, (y[1], y[0]))
     )
     sides = f"{BLOCK_SCREW} x {depth:g} from both sides"
     if through:
@@ -336,15 +404,42 @@ def make_foot_block(d: Dimensions) -> Part:
     else:
         boring.add(sides, [*cross, *back])
     up = [tapped(along_z(0.0, (u - b.shoulder_u_mm, middle), z), BASE_SCREW) for u in b.base_screw_u_mm]
+    up = [placed(one, base_zone_mm(d)) for one in up]
     boring.add(f"{BASE_SCREW} through, screws to {BASE_THREAD_MM:g} from below", up)
-    below = (z[0], z[0] + _DOWEL_DEPTH_MM)
-    pins = [along_z(DOWEL_MM, (u - b.shoulder_u_mm, middle), below) for u in b.base_dowel_u_mm]
-    for at in cheek_dowel_positions(d):
-        pins += [along_y(DOWEL_MM, at, (y[0], y[0] + into)), along_y(DOWEL_MM, at, (y[1], y[1] - into))]
-    depths = f"2 x {_DOWEL_DEPTH_MM:g} deep from below, 2 x {into:g} deep from both sides"
-    tip = TIP_DEG if middle - y[0] - into - tip_mm(DOWEL_MM) >= DOWEL_MM / 2 + _NEXT_TO_TIP_MM else 0.0
-    boring.add(f"{DOWEL_MM:g} H7: {depths}", [fitted(blind(pin, tip), "H7") for pin in pins])
+    _block_dowels(d, boring, y, (middle, z[0]))
     solid = feature(number, "bores", "parallelogram stack", lambda: cut(body, boring.tools))
     extent = (low, high), y, z
     description = f"foot block between the cheeks, {y[1] - y[0]:g} +-{LENGTH_MM:g} wide"
     return made_part(number, description, solid, material("aluminium-6082"), extent, boring.holes)
+
+
+def _block_dowels(d: Dimensions, boring: Boring, y: tuple[float, float], below: tuple[float, float]) -> None:
+    """Adds a foot block's holes and slots for the dowels of plate and cheeks.
+
+    Args:
+        d: The dimensions.
+        boring: What is bored into the block.
+        y: Its faces on the encoder's and on the motor's cheek.
+        below: (y, z) of its middle on the plate.
+    """
+    b, into, (middle, low) = d.bracket, cheek_dowel_depth_mm(d), below
+    tip = TIP_DEG if middle - y[0] - into - tip_mm(DOWEL_MM) >= DOWEL_MM / 2 + _NEXT_TO_TIP_MM else 0.0
+    ends = (low, low + _DOWEL_DEPTH_MM)
+    first, second = (along_z(DOWEL_MM, (u - b.shoulder_u_mm, middle), ends) for u in b.base_dowel_u_mm)
+    x = (1.0, 0.0, 0.0)
+    boring.add(f"{DOWEL_MM:g} H7 x {_DOWEL_DEPTH_MM:g} from below, dowel", [fitted(blind(first, tip), "H7", 0.0)])
+    slots = [slot(fitted(blind(second), "H7"), x)]
+    sides = {
+        side: [along_y(DOWEL_MM, at, (y[k], y[k] + sense * into)) for at in cheek_dowel_positions(d)]
+        for k, (side, sense) in enumerate((("encoder", 1.0), ("motor", -1.0)))
+    }
+    if d.capstan is not None:
+        reamed = [reamed_with(fitted(blind(pin, tip), "H7"), "encoder_cheek") for pin in sides.pop("encoder")]
+        how = "not before assembly, through the encoder's cheek, reamed with it"
+        boring.add(f"{DOWEL_MM:g} H7 x {into:g} from the encoder's side, {how}", reamed)
+    for side, (round_hole, far) in sides.items():
+        boring.add(f"{DOWEL_MM:g} H7 x {into:g} from the {side}'s side, dowel", [fitted(blind(round_hole, tip), "H7")])
+        slots.append(slot(fitted(blind(far), "H7"), x))
+    long = f"{DOWEL_MM + SLOT_MM:g} long, R{SLOT_CUTTER_MM / 2:g}, their long sides in the line of the dowels"
+    deep = f"{_DOWEL_DEPTH_MM:g} deep from below, {into:g} from {' and '.join(f'the {side}' for side in sides)}'s side"
+    boring.add_slots(f"slot {DOWEL_MM:g} H7 wide, {long}: {deep}", slots)

@@ -33,9 +33,9 @@ from delta_cad.dimensions.capstan import (
     lug_length_mm,
     rim_end,
 )
-from delta_cad.dimensions.tolerances import LENGTH_MM
+from delta_cad.dimensions.tolerances import LENGTH_MM, STOP_ZONE_MM
 from delta_cad.mechanism.placement import frames
-from delta_cad.solids.boring import Boring, along_y, along_z, between, blind, fitted, group, tapped
+from delta_cad.solids.boring import Boring, along_y, along_z, between, blind, fitted, group, placed, tapped
 from delta_cad.solids.making import bought_part, hull_y, made_part, material, points_of_arc, round_y, round_z
 from delta_cad.solids.part import Bore, Hole, Part
 from delta_cad.solids.primitive import (
@@ -54,7 +54,7 @@ from delta_cad.solids.primitive import (
     stepped,
     swept_round,
 )
-from delta_cad.solids.upper_arm import dowel_positions, polar_positions
+from delta_cad.solids.upper_arm import PREDRILLED, dowel_positions, polar_positions, reamed_with_sector
 
 _BARE_END_MM = 40.0  # cable to hold by while the sleeves are crimped, before the rest is cut off
 _LIGHTENING_MM = 7.0
@@ -170,13 +170,14 @@ def make_sector(d: Dimensions) -> Part:
     collar = d.layers.motor_cheek_mm[0]
     through = (arm - THROUGH_MM, collar + THROUGH_MM)
     screw, boring, tools = catalogue.screw(TENSION_SCREW), Boring(), list[cq.Shape]()
-    shaft = fitted(along_y(a.shaft_bore_mm, (0.0, 0.0), (arm, collar)), "G7")
+    shaft = fitted(along_y(a.shaft_bore_mm, (0.0, 0.0), (arm, collar)), "G7", 0.0)
     boring.add(f"{a.shaft_bore_mm:g} G7 through, on the shoulder shaft", [shaft])
-    dowels = [fitted(along_y(DOWEL_MM, at, (arm, web[1])), "H7") for at in dowel_positions(d)]
-    boring.add(f"{DOWEL_MM:g} H7 through, dowels", dowels)
+    dowels = [reamed_with_sector(along_y(DOWEL_MM, at, (arm, web[1])), "upper_arm") for at in dowel_positions(d)]
+    boring.add(f"{DOWEL_MM:g} H7 through, dowels, {PREDRILLED} arm at assembly", dowels)
     half, inside = c.slot_width_mm / 2, c.rim_radius_mm - RIM_MM  # what goes into the rim goes through all its width
     deep = y if c.slot_radius_mm + half > inside else web
     ends = [along_y(c.slot_width_mm, at, deep) for at in polar_positions(c.slot_radius_mm, c.slot_angles_rad)]
+    ends = [placed(end, STOP_ZONE_MM) for end in ends]
     boring.add(f"arc slot {c.slot_width_mm:g} wide on radius {c.slot_radius_mm:g}, both ends", ends)
     tools.append(ring_segment(c.slot_radius_mm - half, c.slot_radius_mm + half, c.slot_angles_rad, through))
     deep = y if _lightening_radius_mm(c) + _LIGHTENING_MM / 2 > inside else web

@@ -11,6 +11,7 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.catalogue import CatalogueRow
+from delta_cad.solids.boring import axes
 from delta_cad.solids.part import Extent, Hole, Material, Part, Span
 from delta_cad.solids.primitive import one_solid
 
@@ -134,4 +135,6 @@ def _joined(same: list[Hole]) -> Hole:
     if len(same) == 1:
         return same[0]
     bores = tuple(bore for hole in same for bore in hole.bores)
-    return replace(same[0], count=sum(hole.count for hole in same), callout=callouts, bores=bores)
+    slots = tuple(slot for hole in same for slot in hole.slots)
+    count = axes(bores) if bores else sum(hole.count for hole in same)  # those from either side share theirs
+    return replace(same[0], count=count, callout=callouts, bores=bores, slots=slots)

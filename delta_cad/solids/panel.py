@@ -19,7 +19,8 @@ from delta_cad.dimensions.panel import (
     TEMPLATE,
     PanelDimensions,
 )
-from delta_cad.solids.boring import Boring, along_z, tapped
+from delta_cad.dimensions.tolerances.mates import screw_zone_mm
+from delta_cad.solids.boring import Boring, along_z, placed, tapped
 from delta_cad.solids.bought_parts import make_spacer
 from delta_cad.solids.making import GRAPHITE, made_part, material, round_z
 from delta_cad.solids.part import Extent, Hole, Part, Span
@@ -53,12 +54,19 @@ def _reach(p: PanelDimensions, corner_mm: float, z: Span) -> Extent:
     return (-far, far), (-far, far), z
 
 
+def _screws_zone_mm() -> float:
+    """Zone of the bezel's screws, which alone hold it in its place."""
+    row = catalogue.screw(SCREW)
+    return screw_zone_mm(row.clearance_hole_mm, row.diameter_mm)
+
+
 def make_panel(d: Dimensions) -> Part:
     """The dashboard's sheet around its opening, with the holes of the bezel's screws."""
     number, p = "panel", _panel_of(d)
     z, clear = (0.0, p.thickness_mm), catalogue.screw(SCREW).clearance_hole_mm
     boring = Boring()
-    boring.add(f"{clear:g} through, bezel", (along_z(clear, at, z) for at in p.screw_places()))
+    zone = _screws_zone_mm()
+    boring.add(f"{clear:g} through, bezel", (placed(along_z(clear, at, z), zone) for at in p.screw_places()))
     solid = feature(number, "opening", "panel", lambda: cut(_frame(p, p.piece_mm, p.opening_mm, z), boring.tools))
     text = f"dashboard's panel {p.thickness_mm:g} thick, the piece around its opening; cut yours by {TEMPLATE}.dxf"
     extent = _reach(p, p.piece_mm, z)
@@ -72,7 +80,7 @@ def make_bezel(d: Dimensions) -> Part:
     frame = edge_break(number, _frame(p, p.rim_mm, p.edge_mm, z), ">Z", _BREAK_MM)
     boring = Boring()
     threads = (tapped(along_z(0.0, at, z), SCREW, p.thread_mm) for at in p.screw_places())
-    boring.add(f"{SCREW} x {p.thread_mm:g}, from below", threads)
+    boring.add(f"{SCREW} x {p.thread_mm:g}, from below", (placed(one, _screws_zone_mm()) for one in threads))
     solid = feature(number, "threads", "panel", lambda: cut(frame, boring.tools))
     text = f"bezel {2 * (p.half_mm + p.rim_mm):g} square, its edge stops the stem {p.limit_mm:g} outside the cube"
     return made_part(number, text, solid, material("pom-c", GRAPHITE), _reach(p, p.rim_mm, z), boring.holes)

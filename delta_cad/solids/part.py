@@ -51,6 +51,10 @@ class Bore:
         deviations_um: Lower and upper deviation of the diameter; None: the general tolerance.
         surface_um: Roughness Ra of its wall; None: the general one.
         is_counterbore: Whether a head is sunk in it.
+        zone_mm: Diameter of the zone for its axis; 0: a datum, from which others have their places; None: the general
+            tolerance.
+        reamed_with: Number of the part together with which it is reamed at assembly, or "".
+        predrilled_mm: Diameter to which it is drilled before that; 0: it is drilled through the other part.
         callout: What the drawing says of it and its likes.
     """
 
@@ -66,7 +70,37 @@ class Bore:
     deviations_um: tuple[float, float] | None = None
     surface_um: float | None = None
     is_counterbore: bool = False
+    zone_mm: float | None = None
+    reamed_with: str = ""
+    predrilled_mm: float = 0.0
     callout: str = ""
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A milled slot in which a pin is held across it and has play along it.
+
+    Attributes:
+        start_mm: Its middle where it enters what is milled, part's frame.
+        direction: Unit vector into the material.
+        along: Unit vector along it.
+        width_mm: Nominal width, that of the pin.
+        long_mm: From end to end.
+        depth_mm: From the start to its floor.
+        fit: ISO 286 tolerance class of its width.
+        deviations_um: Lower and upper deviation of its width.
+        zone_mm: Width of the zone for its middle plane.
+    """
+
+    start_mm: Triple
+    direction: Triple
+    along: Triple
+    width_mm: float
+    long_mm: float
+    depth_mm: float
+    fit: str
+    deviations_um: tuple[float, float]
+    zone_mm: float
 
 
 @dataclass(frozen=True)
@@ -79,6 +113,7 @@ class Hole:
         callout: What the drawing says, such as "M3 x 8" or "16 H7 x 5".
         is_slot: Whether it is a slot of that width, between two planes, and not a bore.
         bores: Each bore of the group; two that are made from either side may share an axis.
+        slots: Each slot of a group of slots for pins.
     """
 
     diameter_mm: float
@@ -86,6 +121,7 @@ class Hole:
     callout: str
     is_slot: bool = False
     bores: tuple[Bore, ...] = ()
+    slots: tuple[Slot, ...] = ()
 
 
 @dataclass(frozen=True)

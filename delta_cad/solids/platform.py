@@ -12,9 +12,9 @@ from delta_cad.dimensions.platform import (
     STEM_FLATS_Z_MM,
     WRIST_MARK,
 )
-from delta_cad.dimensions.tolerances import BAR_WIDER_UM
+from delta_cad.dimensions.tolerances import BAR_WIDER_UM, PLACE_MM
 from delta_cad.mechanism.placement import CHAINS
-from delta_cad.solids.boring import Boring, along_z, between, tapped, within
+from delta_cad.solids.boring import Boring, along_z, between, placed, tapped, within
 from delta_cad.solids.bought_parts import CORE_PLAY_MM
 from delta_cad.solids.making import BLUE, bought_part, made_part, material, round_z
 from delta_cad.solids.part import Hole, Part, Span
@@ -67,7 +67,7 @@ def make_platform(d: Dimensions) -> Part:
     for i in CHAINS:
         u, t = d.turn(i)[:3, 0], d.turn(i)[:3, 1]
         ends = (tuple((r * u + side * t).tolist()) for side in (-half, half))
-        bars.append(within(between(p.bar_bore_mm, *ends), 0.0, BAR_WIDER_UM))
+        bars.append(placed(within(between(p.bar_bore_mm, *ends), 0.0, BAR_WIDER_UM), PLACE_MM))
     boring.add(f"{p.bar_bore_mm:g} through each boss, a cross-bar's middle bonded in it", bars)
     boring.add(f"{p.stem_thread} through, handle", [tapped(along_z(0.0, (0.0, 0.0), (top, -top)), p.stem_thread)])
     if p.window_mm:

@@ -13,10 +13,18 @@ import cadquery as cq
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM, FLATS_LONG_MM, WASHER_MM
-from delta_cad.dimensions.tolerances import BAR_WIDER_UM, LENGTH_MM, MAGNET_WIDER_UM, END_TORQUE_N_m
-from delta_cad.solids.boring import Boring, along_y, between, blind, fitted, tapped, within
+from delta_cad.dimensions.tolerances import (
+    BAR_WIDER_UM,
+    LENGTH_MM,
+    MAGNET_WIDER_UM,
+    PLACE_MM,
+    PREDRILLED_MM,
+    PREDRILLED_ZONE_MM,
+    END_TORQUE_N_m,
+)
+from delta_cad.solids.boring import Boring, along_y, between, blind, fitted, placed, reamed_with, tapped, within
 from delta_cad.solids.making import ORANGE, cut_circle, made_part, material, round_y
-from delta_cad.solids.part import Part
+from delta_cad.solids.part import Bore, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     bore_y,
@@ -43,6 +51,14 @@ def dowel_positions(d: Dimensions) -> list[tuple[float, float]]:
     return polar_positions(d.arm.dowel_circle_mm / 2, d.arm.dowel_angles_rad)
 
 
+PREDRILLED = f"drilled {PREDRILLED_MM:g}, reamed with the"
+
+
+def reamed_with_sector(bore: Bore, other: str) -> Bore:
+    """A dowel's hole in arm or sector, which is reamed together with the other's."""
+    return reamed_with(fitted(bore, "H7"), other, PREDRILLED_MM, PREDRILLED_ZONE_MM)
+
+
 def make_upper_arm(d: Dimensions) -> Part:
     """Upper arm, milled from plate: clamped beside its sector along the shaft, or split around a motor's shaft."""
     number, a = "upper_arm", d.arm
@@ -59,14 +75,14 @@ def make_upper_arm(d: Dimensions) -> Part:
     boring, tools = Boring(), list[cq.Shape]()
     held = "clamped along the shaft" if d.capstan is not None else f"split {a.slit_mm:g} mm"
     first = y[0] if d.capstan is None else d.layers.bearings_mm[0][1]  # the collar's end
-    shoulder = fitted(along_y(a.shaft_bore_mm, (0.0, 0.0), (first, y[1])), "H7")
+    shoulder = fitted(along_y(a.shaft_bore_mm, (0.0, 0.0), (first, y[1])), "H7", 0.0)
     boring.add(f"{a.shaft_bore_mm:g} H7 through, {held}, shoulder", [shoulder])
-    bonded = within(along_y(bar, (length, 0.0), boss), 0.0, BAR_WIDER_UM)
+    bonded = placed(within(along_y(bar, (length, 0.0), boss), 0.0, BAR_WIDER_UM), PLACE_MM)
     boring.add(f"{bar:g} +{BAR_WIDER_UM / 1000:g}/0 through, cross-bar bonded", [bonded])
     if d.capstan is not None:  # after the edges are broken: the collar's own carries the inner ring
         shape = fuse(shape, bore_y(a.collar_diameter_mm, (0.0, 0.0), (first, y[0] + THROUGH_MM)))
-        dowels = [fitted(along_y(DOWEL_MM, at, y), "H7") for at in dowel_positions(d)]
-        boring.add(f"{DOWEL_MM:g} H7 through, sector dowels", dowels)
+        dowels = [reamed_with_sector(along_y(DOWEL_MM, at, y), "sector") for at in dowel_positions(d)]
+        boring.add(f"{DOWEL_MM:g} H7 through, sector dowels, {PREDRILLED} sector at assembly", dowels)
         cut_off = 0.0
     else:
         tools += _clamp(d, boring)

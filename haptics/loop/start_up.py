@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from delta_cad.dimensions.tolerances.zero import START_ZERO_DEG
 from delta_cad.mechanism import inverse_kinematics
 from haptics.control.controller import WORK
 from haptics.control.pose import model
@@ -76,7 +77,7 @@ def start_up(machine: MachineModel, period: float, *, absolute: bool | None = No
         absolute=float(absolute),
         stop_low=plant.stop_low,
         stop_high=plant.stop_high,
-        zero=math.radians(2.0),
+        zero=math.radians(START_ZERO_DEG),
         turn=max(4.0 * limits.encoder_count, math.radians(0.2)),
         still=0.2,
         patience=3.0,

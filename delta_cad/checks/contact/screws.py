@@ -225,7 +225,7 @@ def _empty_holes(k: int, o: Occurrence, bores: _Cylinders, shafts: _Cylinders) -
             at = bores.point[b] - (bores.point[b] @ bores.direction[b]) * bores.direction[b]
             if not held.any() and not any(np.linalg.norm(at - seen) < 1e-3 for seen in bare):
                 bare.append(at)
-        allowed = hole.count - filled  # bores of the same diameter that hold nothing
+        allowed = max(hole.count - filled, 0)  # axes of the same diameter that hold nothing
         if len(bare) > allowed:
             missing.append(f"{hole.callout} ({len(bare) - allowed})")
     return needed, missing

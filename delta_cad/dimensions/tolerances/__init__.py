@@ -39,12 +39,19 @@ GRADES_UM = {
     7: (10, 12, 15, 18, 21, 25, 30, 35),
 }
 """Standard tolerances, um. Source: ISO 286-1, table 1; 6, 7 as precisemetal.in/tolerence-table.php has them."""
-FREE_UM = {"H": (0,) * 8, "G": (2, 4, 5, 6, 7, 9, 10, 12)}
-"""Least deviations of a bore from its nominal diameter, um. Source: ISO 286-1, table 6."""
+FREE_UM = {"H": (0,) * 8, "G": (2, 4, 5, 6, 7, 9, 10, 12), "m": (2, 4, 6, 7, 8, 9, 11, 13)}
+"""Least deviations of a bore from its nominal diameter, of a pin `m` too, um. Source: ISO 286-1, tables 5 and 6."""
 FITTED_RA_UM = {5: 0.4, 6: 0.8, 7: 1.6}
 """Roughness Ra that goes with a grade: ground or honed, finely bored, reamed."""
 PLACE_MM, SQUARE_MM = 0.05, 0.02
 """Zone for the axes of a part's fitted bores, and how square the largest is to its face: as milled in one clamping."""
+SLOT_MM, SLOT_CUTTER_MM = 0.4, 2.0  # by which a pin's slot is longer than wide; of the cutter that mills it
+PREDRILLED_MM, PREDRILLED_ZONE_MM = 2.5, 0.05  # of holes for 3 mm pins that are reamed together: drill, zone
+STOP_ZONE_MM = 0.1  # of a stop pin, and of the ends of the sector's slot, which meet it
+MOTOR_ZONE_MM, BOARD_ZONE_MM = 0.2, 0.1
+"""Zones of the threads in a motor's face, about its pilot, and of the holes of a circuit board, of which makers state
+none: ISO 2768-m of such circles, and what boards are drilled to."""
+BOARD_THREADS_MM = 0.2  # zone of an encoder board's threads, at most: half of it adds to the encoder's centring
 COAXIAL_MM = 0.05  # zone for the axis of an encoder's magnet in its shaft: half of it adds to the encoder's centring
 TRUE_MM = 0.02  # zone for the axes of a pinion's groove and of a cross-bar's studs: turned in one clamping
 RUN_OUT_MM = {0.4: 1.5, 0.45: 1.6, 0.5: 1.8, 0.7: 2.4, 0.8: 2.7, 1.0: 3.2, 1.25: 3.9, 1.5: 4.6}
@@ -54,7 +61,7 @@ TIP_DEG = 118.0  # point angle of a twist drill, DIN 338 type N
 
 
 def deviations_um(fit: str, nominal_mm: float) -> tuple[int, int]:
-    """Looks up the lower and the upper deviation of a bore, or of a shaft `h`, um.
+    """Looks up the lower and the upper deviation of a bore, of a shaft `h` or of a pin `m`, um.
 
     Args:
         fit: Tolerance class, such as "H7", "G7", "h6".
@@ -66,7 +73,7 @@ def deviations_um(fit: str, nominal_mm: float) -> tuple[int, int]:
     letter, grade = fit[:1], int(fit[1:]) if fit[1:].isdigit() else 0
     if letter not in (*FREE_UM, "h") or grade not in GRADES_UM or not 0.0 < nominal_mm <= NOMINAL_MM[-1]:
         raise ValueError(
-            f"fit {fit} of {nominal_mm:g} mm: known are G, H and h of grades {min(GRADES_UM)} to {max(GRADES_UM)} "
+            f"fit {fit} of {nominal_mm:g} mm: known are G, H, h and m of grades {min(GRADES_UM)} to {max(GRADES_UM)} "
             f"up to {NOMINAL_MM[-1]:g} mm"
         )
     row = bisect_left(NOMINAL_MM, nominal_mm)

@@ -1,20 +1,22 @@
 """All tolerance chains of a machine, the loosest general class with which they hold, and how they are written down.
 
-Of a shoulder: its wave spring, the encoder's gap and centring, the tilt of the shaft in its bearings. Of a capstan: the
-plane of the cable, the gap of sector and pinion, the carriage's travel. Of the mechanism's own lengths: by how much a
-made chain differs from the drawn one, README (43).
+Of a shoulder: its wave spring, the encoder's gap, centring and zero, the tilt of the shaft in its bearings. Of a
+capstan: the plane of the cable, the gap of sector and pinion, the carriage's travel. Of the mechanism's own lengths: by
+how much a made chain differs from the drawn one, README (43).
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from math import degrees, hypot, inf, isfinite, sqrt
+from math import degrees, inf, isfinite, sqrt
 from typing import Any
 
 import numpy as np
 
+from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import MAGNET_GLUE_MM
+from delta_cad.dimensions.bracket import board_screw
 from delta_cad.dimensions.cable_run import CableRun
 from delta_cad.dimensions.capstan import (
     PINION_TURNED_MM,
@@ -28,6 +30,8 @@ from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.layers import BOARD_STAND_OFF_MM, SPAN_MM
 from delta_cad.dimensions.tolerances import (
     BAR_WIDER_UM,
+    BOARD_THREADS_MM,
+    BOARD_ZONE_MM,
     COAXIAL_MM,
     DOWEL_PLAY_MM,
     EROSION_UM,
@@ -44,7 +48,10 @@ from delta_cad.dimensions.tolerances import (
     working_mm,
 )
 from delta_cad.dimensions.tolerances.chain import MADE, Chain, Link, either_way
+from delta_cad.dimensions.tolerances.edges import RIM_EDGE_MM
 from delta_cad.dimensions.tolerances.general import CLASSES, NOTES, REQUIRED, coarsest_grade, flat_mm, general_mm
+from delta_cad.dimensions.tolerances.mates import pair, screw_zone_mm
+from delta_cad.dimensions.tolerances.zero import zero_chains
 
 _CHIP_MM = 0.25  # height of a chip on its board, either way: 0.85 to 1.2 of a TSSOP-16 (MT6835 data sheet, 13)
 _MAGNET_MM = 0.1  # thickness of a sintered magnet, either way, as makers state
@@ -57,7 +64,7 @@ _MINUTES_PER_RAD = minutes(1.0)
 def _shoulder_chains(d: Dimensions, general: str) -> list[Chain]:
     """Lists the chains of one shoulder."""
     found = [*_spring_chain(d), *_tilt_chain(d)]
-    return found + ([_gap_chain(d, general), *_centring_chain(d, general)] if d.sensed_at_shoulder else [])
+    return found + ([_gap_chain(d, general), *_centring_chain(d)] if d.sensed_at_shoulder else [])
 
 
 def _stack(d: Dimensions) -> list[Link]:
@@ -139,15 +146,20 @@ def _gap_chain(d: Dimensions, general: str) -> Chain:
     return Chain("encoder's air gap", "mm", nominal, tuple(links), low, high, why, statistical=True)
 
 
-def _centring_chain(d: Dimensions, general: str) -> list[Chain]:
+def board_zone_mm(encoder: catalogue.Encoder) -> float:
+    """Zone of the threads of an encoder's board: what its holes bear, and its centring."""
+    thread = catalogue.screw(board_screw(encoder)).diameter_mm
+    return min(screw_zone_mm(encoder.hole_diameter_mm, thread, other_mm=BOARD_ZONE_MM), BOARD_THREADS_MM)
+
+
+def _centring_chain(d: Dimensions) -> list[Chain]:
     """How far the magnet's axis is off the chip's, in the direction in which it is most; none where it is not known."""
     e = d.encoder
     if e.centring_mm is None:
         return []
-    far = hypot(e.hole_spacing_length_mm, e.hole_spacing_width_mm) / 2.0
-    loose = (e.hole_diameter_mm - 2.5) / 2.0  # of its M2.5 screws
+    loose = (e.hole_diameter_mm - catalogue.screw(board_screw(e)).diameter_mm) / 2.0
     links = [
-        either_way("encoder_cheek", "place of the board's threads", "general", general_mm(far, general), 1.0, far),
+        either_way("encoder_cheek", "place of the board's threads", "place", board_zone_mm(e) / 2.0),
         either_way("encoder_board", "its screws in its holes", "bought", loose),
         either_way("encoder_board", "place of the chip", "bought", _CHIP_PLACE_MM),
         either_way("encoder_magnet", "in its seat's bond", "set", MAGNET_GLUE_MM + MAGNET_WIDER_UM / 2000.0),
@@ -259,8 +271,8 @@ def length_chains(d: Dimensions, general: str) -> list[Chain]:
     out, side, _ = m.base_radii_mm or (m.base_radius_mm,) * 3
     of = {"base radius": out} if out == side else {"base radius of chain 0": out, "base radius of chains 1, 2": side}
     chains = {
-        **{name: (radius, _shoulder(d)) for name, radius in of.items()},
-        "shoulder's height": (0.0, [*_shoulder(d), flat]),
+        **{name: (radius, [*_shoulder(d), *_turned(d, True)]) for name, radius in of.items()},
+        "shoulder's height": (0.0, [*_shoulder(d), *_turned(d, False), flat]),
         "shoulder along its axis": (0.0, _along(d)),
         "upper arm": (m.upper_arm_length_mm, _arm(d)),
         "forearm": (m.forearm_length_mm, _rod()),
@@ -321,6 +333,15 @@ def _shoulder(d: Dimensions) -> list[Link]:
     ]
 
 
+def _turned(d: Dimensions, radially: bool) -> list[Link]:
+    """What the turn of block and cheek on their dowels adds to the places of these at the shoulder."""
+    b = d.bracket
+    first, second = ((u - b.shoulder_u_mm, b.cheek_screw_z_mm) for u in b.cheek_dowel_u_mm)
+    way = np.array([[1.0, 0.0], [-1.0, 0.0]] if radially else [[0.0, 1.0], [0.0, -1.0]])
+    cheek = pair(first, second, PLACE_MM).shift_mm((0.0, 0.0), way) - PLACE_MM
+    return [either_way("motor_cheek", "turned by its dowels' places", "place", cheek)]
+
+
 def _along(d: Dimensions) -> list[Link]:
     """From the base plate to the arm's middle, along the shoulder's axis."""
     links = [
@@ -371,12 +392,15 @@ def _wrist(d: Dimensions) -> list[Link]:
 def _adjacent(d: Dimensions) -> list[Link]:
     """A wrist along its axis, middle of a pair."""
     hole = d.forearm.pin_diameter_mm / 2 + BALL_GLUE_MM
-    rim = hole / sqrt((d.forearm.ball_diameter_mm / 2) ** 2 - hole**2) * EROSION_UM / 2000.0
+    slope = hole / sqrt((d.forearm.ball_diameter_mm / 2) ** 2 - hole**2)
+    rim = slope * EROSION_UM / 2000.0
     return [
         either_way("cross_bar", "set in its boss by a gauge", "set", _CENTRED_MM),
         either_way("cross_bar", "distance of its shoulders", "stated", LENGTH_MM, 0.5),
         either_way("joint_ball", "rim of its hole, one end", "bought", rim, 0.5),
         either_way("joint_ball", "rim of its hole, other end", "bought", rim, 0.5),
+        Link("joint_ball", "edge of its hole, one end", "stated", -RIM_EDGE_MM, 0.0, 0.5 * slope),
+        Link("joint_ball", "edge of its hole, other end", "stated", -RIM_EDGE_MM, 0.0, -0.5 * slope),
     ]
 
 
@@ -393,7 +417,7 @@ _DECIMALS = 5
 
 def machine_chains(d: Dimensions, general: str = REQUIRED) -> list[Chain]:
     """Lists the chains that have bounds; the three chains of a machine are alike."""
-    return [*_shoulder_chains(d, general), *cable_chains(d, general), _twist_chain(d)]
+    return [*_shoulder_chains(d, general), *cable_chains(d, general), _twist_chain(d), *zero_chains(d, general)]
 
 
 def loosest_class(d: Dimensions) -> str | None:

@@ -35,7 +35,8 @@ from delta_cad.export.drawings.sheet_io.sheet import (
 )
 from delta_cad.export.drawings.title import FIELDS, inner
 from delta_cad.export.drawings.views.leaders import lines_cross, runs_along
-from delta_cad.solids.part import Part
+from delta_cad.solids.boring import axes
+from delta_cad.solids.part import Hole, Part
 
 _SAME_MM = 2e-3  # what is printed is rounded to a micrometre
 _TOUCHING_MM = 1e-6  # frames of tolerances that stand one below another share their line
@@ -96,8 +97,14 @@ def _hole_faults(drawing: Drawing, part: Part) -> Iterable[str]:
         name = _named(hole.callout, hole.diameter_mm)
         same = [h for h in part.holes if not h.is_slot and _named(h.callout, h.diameter_mm) == name]
         count = sum(number for text, number in printed.items() if _begins(text, name))
-        if count != sum(h.count for h in same):
-            yield f"holes {name} are stated {count} times, {sum(h.count for h in same)} are declared"
+        if count != sum(map(_declared, same)):
+            yield f"holes {name} are stated {count} times, {sum(map(_declared, same))} are declared"
+
+
+def _declared(hole: Hole) -> int:
+    """How many a declared hole is stated as: those on one axis from either side once, unless they differ."""
+    callouts = {bore.callout for bore in hole.bores}
+    return sum(axes(b for b in hole.bores if b.callout == callout) for callout in callouts) or hole.count
 
 
 def _named(callout: str, diameter: float) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from delta_cad.assembly.machine import Assembly
@@ -22,7 +22,7 @@ class HoleRow:
         part: Part number.
         hole: Number of its group of equal diameter and number within it, such as "#3.2"; of slots the group's. No
             drawing's tag looks like it: a drawing has letters, in an order of its own, and finds a bore by its place.
-        x_mm: Where its axis enters what is bored, as `y_mm` and `z_mm`.
+        x_mm: Where its axis, of a pin's slot its middle, enters what is bored, as `y_mm` and `z_mm`.
         direction_x: Unit vector along the axis into the material, as `direction_y` and `direction_z`.
         diameter_mm: Of the bore, a thread's drill; of a slot its width.
         depth_mm: Of the full diameter, without a tip.
@@ -68,8 +68,11 @@ def write_holes(rows: list[HoleRow], path: Path) -> None:
 
 
 def _rows(part: str, group: str, hole: Hole) -> Iterator[HoleRow]:
-    if not hole.bores:
+    if not (hole.bores or hole.slots):
         yield HoleRow(part, group, diameter_mm=round(hole.diameter_mm, _DECIMALS), callout=hole.callout)
+    for number, slot in enumerate(hole.slots, start=1):
+        as_bore = Bore(slot.start_mm, slot.direction, slot.width_mm, slot.depth_mm, callout=hole.callout)
+        yield _row(part, f"{group}.{number}", replace(as_bore, fit=slot.fit, deviations_um=slot.deviations_um))
     for number, bore in enumerate(hole.bores, start=1):
         yield _row(part, f"{group}.{number}", bore)
 

@@ -113,8 +113,9 @@ def test_deviations_as_printed() -> None:
         (0, 11),
         (-9, 0),
     ]
+    assert [deviations_um("m6", d) for d in (3.0, 4.0)] == [(2, 8), (4, 12)]
     for fit, nominal in (("K7", 8.0), ("H8", 8.0), ("H", 8.0), ("", 8.0), ("H7", 0.0), ("H7", 121.0)):
-        with pytest.raises(ValueError, match="known are G, H and h"):
+        with pytest.raises(ValueError, match="known are G, H, h and m"):
             deviations_um(fit, nominal)
 
 
@@ -122,8 +123,7 @@ def test_the_seats_tolerances_are_those_of_their_fits() -> None:
     seat = 16.0
     assert (deviations_um("H7", seat)[1] / 1000, deviations_um("H6", seat)[1] / 1000) == SEATS_MM
     assert -deviations_um("h5", seat)[0] / 1000 == MANDREL_MM
-    m6_least = 0.002  # of 3 mm, ISO 286-2
-    assert (deviations_um("H7", 3.0)[1] / 1000 - m6_least) / 2 == pytest.approx(DOWEL_PLAY_MM)
+    assert (deviations_um("H7", 3.0)[1] - deviations_um("m6", 3.0)[0]) / 2000 == pytest.approx(DOWEL_PLAY_MM)
 
 
 def test_a_blind_thread_has_its_run_out_and_its_tip() -> None:

@@ -137,7 +137,7 @@ SHANKS: dict[str, list[tuple[str, float, float]]] = {
     "base_dowel": [("foot_block", 3.0, 3.0), ("base_plate", 3.0, 3.0)],
     "stop_pin": [("motor_cheek", 4.0, 4.0)],
     "motor_screw": [("motor", M3.tap_drill_mm, 2.5), ("motor_cheek", M3.clearance_hole_mm, 1.49)],
-    "board_screw": [("encoder_cheek", M25.tap_drill_mm, 2.5), ("encoder_board", 2.6, 1.5), ("board_spacer", 2.9, 4.9)],
+    "board_screw": [("encoder_cheek", M25.tap_drill_mm, 2.5), ("encoder_board", 2.9, 1.5), ("board_spacer", 2.9, 4.9)],
     "shoulder_screw": [("shoulder_shaft", M4.tap_drill_mm, 4.0), ("shoulder_washer", M4.clearance_hole_mm, 1.4)],
     "set_screw": [("pinion", M3.tap_drill_mm, 2.0)],
     "sector_dowel": [("sector", 3.0, 3.0), ("upper_arm", 3.0, 3.0)],
@@ -146,6 +146,8 @@ SHANKS: dict[str, list[tuple[str, float, float]]] = {
 }
 
 
+SLOTTED = ("_m1", "base_dowel_0_1", "base_dowel_1_1", "base_dowel_2_1")
+"""Second dowels of foot blocks, which have a slot for them."""
 FASTENERS = ("screw_", "set_screw_", "tension_screw_", "dowel_")
 
 
@@ -172,6 +174,9 @@ def test_every_fastener_sits_in_the_bores_of_all_parts_it_joins(best_assembly: A
                 for bore in cache[other.name]
                 if abs(bore.diameter - diameter) < 1e-6
             ]
+            if number == "foot_block" and o.name.endswith(SLOTTED):
+                assert not any(lengths)  # it stands in a slot, see test_brackets.py
+                continue
             assert max(lengths) >= least, f"{o.name} in {number}: {max(lengths):.3f} mm of {diameter:g}"
     assert seen == {
         "cheek_screw": 12,

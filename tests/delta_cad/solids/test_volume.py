@@ -54,7 +54,8 @@ def foot_block(d: Dimensions) -> float:
     bores = 2 * cyl(m3.tap_drill_mm, wide) + 2 * cyl(m4.tap_drill_mm, b.foot_height_mm)
     across = min(5.0, wide / 2 - 2.0)
     pointed = wide / 2 - across - 1.5 / tan(radians(59.0)) >= 1.5 + 1.0  # else its tip comes too near an upright dowel
-    bores += 2 * (cyl(3.0, 6.0) + pointed * tip(3.0)) + 4 * (cyl(3.0, across) + pointed * tip(3.0))
+    bores += cyl(3.0, 6.0) + pointed * tip(3.0) + 3 * (cyl(3.0, across) + pointed * tip(3.0))
+    bores += (3.0 * 3.4 - (4.0 - pi) * 1.0**2) * (6.0 + across)  # slots of two pins, corners of a 2 mm cutter
     return long * wide * b.foot_height_mm - edge - bores
 
 

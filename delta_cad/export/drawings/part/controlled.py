@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
@@ -10,6 +10,7 @@ from delta_cad.dimensions.capstan import PINION_TURNED_MM, RIM_TURNED_MM
 from delta_cad.dimensions.forearm import LINER_GLUE_MM
 from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.tolerances import COAXIAL_MM, FITTED_RA_UM, LENGTH_MM, LINER_TURNED_MM, TRUE_MM, deviations_um
+from delta_cad.dimensions.tolerances.edges import Edge, functional_edges
 
 SAME_MM = 1e-3
 _SHOULDER_MM = 1.0  # of diameter, by which a head is wider than its journal where something stands on it
@@ -75,6 +76,7 @@ class Controlled:
         seat: Axis and coordinate, mm, of the plane that it is put on, datum A; None: the largest across its bores.
         shoulder_mm: Where a plane of a turned part stands square to its axis; None: none has to.
         groove_mm: Diameters at the bottom of a helical groove, as which it is modelled, and over its lands; None: none.
+        edges: Edges that have a function.
     """
 
     lengths: tuple[Length, ...] = ()
@@ -85,6 +87,7 @@ class Controlled:
     seat: tuple[int, float] | None = None
     shoulder_mm: float | None = None
     groove_mm: tuple[float, float] | None = None
+    edges: tuple[Edge, ...] = ()
 
     def datum(self, axis: int) -> float | None:
         """Gives where coordinates along an axis count from, mm; None: not stated."""
@@ -144,6 +147,8 @@ def controlled(d: Dimensions) -> dict[str, Controlled]:
         sizes = (groove, "at the groove's bottom"), (crest, "and over the lands between")
         turned = tuple(Round(diameter, either_mm=PINION_TURNED_MM, where=where) for diameter, where in sizes)
         found["pinion"] = Controlled(rounds=turned, coaxial=((groove, TRUE_MM),), groove_mm=(groove, crest))
+    for number, edges in functional_edges(d).items():
+        found[number] = replace(found.get(number, Controlled()), edges=edges)
     return found
 
 

@@ -52,6 +52,7 @@ def features_of(part: Part, faces: list[Face], controlled: Controlled) -> Featur
         face for face in faces if id(face) not in walls and not is_floor(face, walls) and not is_slot_wall(face, found)
     ]
     own = [face for face in own if not is_slot_side(face, walls) and not is_slot_floor(face, found)]
+    found.notes |= {f"edge {n}": edge.text for n, edge in enumerate(controlled.edges)}
     third, whole = is_threefold(faces, main), len(own)
     own = [face for face in own if not third or is_of_first_arm(face, main)]
     if len(own) < whole:

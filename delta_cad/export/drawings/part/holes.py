@@ -15,6 +15,7 @@ import numpy as np
 from delta_cad.common.vectors import cross_length
 from delta_cad.export.drawings.part.faces import Face, is_along
 from delta_cad.export.drawings.sheet_io.lettering import SURFACE
+from delta_cad.solids.part import Bore as Declared
 from delta_cad.solids.part import Hole, Part
 
 _SAME_MM = 1e-3  # of declared and found diameters, and of axes that are one
@@ -52,7 +53,7 @@ class Bore:
 
 @dataclass(eq=False)
 class HoleGroup:
-    """Equal holes of a part: where they are, and the lines of their callout."""
+    """Equal holes of a part: where they are, and the callout of each diameter, smallest first, in lines."""
 
     bores: list[Bore]
     callout: tuple[str, ...]
@@ -94,8 +95,8 @@ def hole_groups(part: Part, faces: Sequence[Face]) -> list[HoleGroup]:
             raise HoleError(f"{part.number}: {seen} bores of {hole.diameter_mm:g} mm, {hole.count} are declared")
     found = []
     for same in groups.values():
-        callout = tuple(lettered(recorded(_callout(hole, same, groups), hole)) for hole in _on(same[0], declared))
-        found.append(HoleGroup(same, callout))
+        said = ([recorded(text, hole) for text in _callouts(hole, same, groups)] for hole in _on(same[0], declared))
+        found.append(HoleGroup(same, tuple(lettered("\n".join(texts)) for texts in said)))
     return sorted(found, key=lambda group: (-group.bores[0].widest, group.callout))
 
 
@@ -234,12 +235,28 @@ def _on(bore: Bore, declared: Sequence[Hole]) -> list[Hole]:
     return sorted(holes, key=lambda hole: hole.diameter_mm)
 
 
+def _callouts(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list[Bore]]) -> list[str]:
+    """What is told of a declared hole on the axes of one group: of bores from either side that differ, each."""
+    stated = sorted({one.callout for one in hole.bores if any(_is_on(one, bore) for bore in same)})
+    if len(stated) > 1 and _shared_by(hole, groups) > 1:
+        return [_prefixed(len(same), _named(text, hole.diameter_mm)) for text in stated]
+    return [_callout(hole, same, groups)]
+
+
+def _shared_by(hole: Hole, groups: dict[tuple[object, ...], list[Bore]]) -> int:
+    """Number of groups of axes that a declared hole's diameter is on."""
+    return sum(any(abs(hole.diameter_mm - d) < _SAME_MM for d in group[0].diameters) for group in groups.values())
+
+
 def _callout(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list[Bore]]) -> str:
-    """What is told of a declared hole on the axes of one group."""
+    """What is told of a declared hole on the axes of one group, in one."""
     sharing = [g for g in groups.values() if any(abs(hole.diameter_mm - d) < _SAME_MM for d in g[0].diameters)]
     shares = [match for text in hole.callout.split("; ") if (match := SHARE.match(text))]
     if len(sharing) == 1:
         return _prefixed(hole.count, _named(_shared(shares) or hole.callout, hole.diameter_mm))
+    stated = sorted({one.callout for one in hole.bores if any(_is_on(one, bore) for bore in same)})
+    if len(stated) == 1:
+        return _prefixed(len(same), _named(stated[0], hole.diameter_mm))
     own = [match[2] for match in shares if int(match[1]) == len(same)]
     if len(own) == 1 and len(shares) == len(sharing):
         return _prefixed(len(same), _named(own[0], hole.diameter_mm))
@@ -249,6 +266,15 @@ def _callout(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list
     sides = " from both sides" if len(spans) == 2 else ""
     way = "long" if "slot" in designation else "deep"  # the bore at a slot's bottom goes along it
     return _prefixed(len(same), _named(f"{designation} x {depth:g} {way}{sides}", hole.diameter_mm))
+
+
+def _is_on(declared: Declared, bore: Bore) -> bool:
+    """Whether a declared bore lies on an axis, and within what is bored there."""
+    start, along = np.array(declared.start_mm), np.array(declared.direction)
+    if not is_along(bore.axis, along) or cross_length(start - bore.point, along) >= _SAME_MM:
+        return False
+    middle = float((start + declared.depth_mm / 2.0 * along - bore.point) @ bore.axis)
+    return any(low - _SAME_MM < middle < high + _SAME_MM for spans in bore.spans.values() for low, high in spans)
 
 
 def _shared(shares: list[re.Match[str]]) -> str:

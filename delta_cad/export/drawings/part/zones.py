@@ -1,10 +1,11 @@
 """Datums and geometric tolerances of a part, as its function requires.
 
-A plate: its seat, or its largest plane across the widest fitted bore, is A, that bore is square to it and B; of the
-others the widest has its place from both and is C, the rest have theirs from all. Where the widest are a pattern, it
-has its place from A and the two sides that coordinates count from, or within itself, ISO 5458; the others have theirs
-from A and that pattern. A turned part: the axis of what is fitted is A, what has to be on that axis or square to it has
-its zone. Where a zone of position lies is told by exact coordinates.
+Each bore states its own zone. A plate: its seat, or its largest plane across the widest fitted bore, is A, that bore is
+square to it and B; of the others a slot along it, or the widest fitted, has its place from both and is C, the rest,
+screws' holes among them, have theirs from all. Where the widest are a pattern, it has its place from A and the two
+sides that coordinates count from, or within itself, ISO 5458; the others have theirs from A and that pattern. A turned
+part: the axis of what is fitted is A, what has to be on that axis or square to it has its zone. Where a zone of
+position lies is told by exact coordinates.
 """
 
 from __future__ import annotations
@@ -14,25 +15,31 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from delta_cad.common.vectors import cross_length
-from delta_cad.dimensions.tolerances import PLACE_MM, SQUARE_MM
+from delta_cad.common.vectors import cross, cross_length
+from delta_cad.dimensions.tolerances import SQUARE_MM
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.faces import Face, is_across, is_along
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import SAME_MM, Datum, Features, Zone
 from delta_cad.export.drawings.part.shape import unit
-from delta_cad.solids.part import Bore, Part
+from delta_cad.solids.boring import axes
+from delta_cad.solids.part import Bore, Part, Slot
 
 _DATUM_SHARE = 0.5  # of the largest plane's area, from which on one that a bore opens in is the datum
 
 
 @dataclass(frozen=True)
 class _Fitted:
-    """Bores of one group and diameter that are made to deviations of their own."""
+    """Bores of one group, diameter and zone, `Bore.zone_mm`."""
 
     record: Bore
     faces: tuple[Face, ...]
     count: int
+
+    @property
+    def zone_mm(self) -> float:
+        """Diameter of the zone for their axes."""
+        return self.record.zone_mm or 0.0
 
 
 def add_zones(found: Features, part: Part, held: Controlled) -> None:
@@ -41,10 +48,10 @@ def add_zones(found: Features, part: Part, held: Controlled) -> None:
     if found.turned:
         _turned(found, fitted, held)
     elif fitted:
-        _plate(found, fitted, held)
+        _plate(found, fitted, [slot for hole in part.holes for slot in hole.slots], held)
 
 
-def _plate(found: Features, fitted: Sequence[_Fitted], held: Controlled) -> None:
+def _plate(found: Features, fitted: Sequence[_Fitted], slots: Sequence[Slot], held: Controlled) -> None:
     if held.seat is not None:  # what is bored into the seat comes first
         across = held.seat[0]
         fitted = sorted(fitted, key=lambda one: abs(one.record.direction[across]) < 1.0 - 1e-9)
@@ -58,14 +65,19 @@ def _plate(found: Features, fitted: Sequence[_Fitted], held: Controlled) -> None
         letters = "A" + _datum(found, first.faces)
     else:
         sides = "".join(_datum(found, (face,)) for face in _sides(found, base))
-        _add(found, "position", PLACE_MM, first.faces, "A" + sides, combined=not sides)
+        _add(found, "position", first.zone_mm, first.faces, "A" + sides, combined=not sides)
         letters = "A" + (_datum(found, first.faces) if others else "")
     fixed = first.count > 1  # whether what counts from the letters cannot turn about the first
+    for one in sorted(slots, key=lambda one: one.direction != first.record.direction):  # its own holds the turn
+        walls = tuple(face for face in found.faces if _is_wall(face, one))
+        _add(found, "position", one.zone_mm, walls, letters, is_round=False)
+        if not fixed:
+            letters, fixed = letters + _datum(found, walls), True
     for one in others:
         if any(abs(one.record.diameter_mm - diameter) < SAME_MM for diameter in held.square):
             _add(found, "perpendicularity", SQUARE_MM, one.faces, "A")
-        _add(found, "position", PLACE_MM, one.faces, letters, combined=one.count > 1 and not fixed)
-        if not fixed and one is not others[-1]:
+        _add(found, "position", one.zone_mm, one.faces, letters, combined=one.count > 1 and not fixed)
+        if not fixed and one.record.deviations_um is not None and one is not others[-1]:
             letters, fixed = letters + _datum(found, one.faces), True
     found.exact = _exact(found)
 
@@ -110,6 +122,19 @@ def _exact(found: Features) -> set[str]:
     return exact
 
 
+def _is_wall(face: Face, slot: Slot) -> bool:
+    """Whether a plane is a long side of a slot."""
+    across = cross(np.array(slot.direction), np.array(slot.along))
+    apart = face.middle - np.array(slot.start_mm)
+    return (
+        face.kind == "plane"
+        and is_along(face.axis, across)
+        and abs(abs(float(apart @ across)) - slot.width_mm / 2.0) < SAME_MM
+        and abs(float(apart @ np.array(slot.along))) < slot.long_mm / 2.0
+        and 0.0 < float(apart @ np.array(slot.direction)) < slot.depth_mm
+    )
+
+
 def _turned(found: Features, fitted: Sequence[_Fitted], held: Controlled) -> None:
     faces = next((one.faces for one in fitted if one.record.fit), ())
     if not faces:
@@ -145,20 +170,34 @@ def _add(
 
 
 def _fitted(found: Features, part: Part) -> list[_Fitted]:
-    """Fitted bores by group and diameter: those of a class before others, the widest first.
-
-    A bore that may be wider by more than its place may be off is not fitted: it is only never too narrow.
-    """
-    bores = [(b, b.deviations_um) for hole in part.holes for b in hole.bores]
-    records = [b for b, um in bores if um is not None and um[1] - um[0] <= 1000.0 * PLACE_MM]
+    """Bores with a zone, by group, diameter and zone: datums, those of a class, of own deviations; the widest first."""
+    records = [bore for hole in part.holes for bore in hole.bores if bore.zone_mm is not None]
     fitted: list[_Fitted] = []
     for group in found.groups:
         for diameter in group.diameters:
-            record = next((r for r in records if _is_of(r, group, diameter)), None)
-            if record is not None:
-                walls = [f for b in group.bores for f in b.faces if abs(2 * f.radius - diameter) < SAME_MM]
-                fitted.append(_Fitted(record, tuple(walls), len(group.bores)))
-    return sorted(fitted, key=lambda one: (not one.record.fit, -one.record.diameter_mm, one.count))
+            own = [record for record in records if _is_of(record, group, diameter)]
+            for zone in sorted({record.zone_mm or 0.0 for record in own}):
+                same = [record for record in own if record.zone_mm == zone]
+                walls = [face for bore in group.bores for face in bore.faces if _is_in(face, same)]
+                fitted.append(_Fitted(same[0], tuple(walls), axes(same)))
+
+    def order(one: _Fitted) -> tuple[bool, bool, bool, float, int]:
+        bore = one.record
+        return bool(bore.zone_mm), bore.deviations_um is None, not bore.fit, -bore.diameter_mm, one.count
+
+    return sorted(fitted, key=order)
+
+
+def _is_in(face: Face, records: Sequence[Bore]) -> bool:
+    """Whether a wall is that of one of some bores."""
+
+    def is_of(record: Bore) -> bool:
+        start, way = np.array(record.start_mm), np.array(record.direction)
+        same = is_along(face.axis, way) and cross_length(face.point - start, way) < SAME_MM
+        along = 0.0 < float((face.middle - start) @ way) < record.depth_mm
+        return same and along and abs(2 * face.radius - record.diameter_mm) < SAME_MM
+
+    return any(map(is_of, records))
 
 
 def _is_of(record: Bore, group: HoleGroup, diameter: float) -> bool:

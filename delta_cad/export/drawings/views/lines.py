@@ -50,7 +50,7 @@ def lines_of_group(group: HoleGroup, features: Features, most_mm: float) -> list
     """Gives the lines of a group of holes: each hole's callout, broken at a width, with what is asked of its place."""
     found: list[Line] = []
     for diameter, callout in zip(sorted(group.diameters), group.callout, strict=True):
-        found += broken(callout, most_mm)
+        found += [line for one in callout.split("\n") for line in broken(one, most_mm)]
         walls = [f for bore in group.bores for f in bore.faces if abs(2 * f.radius - diameter) < 0.01]
         found += tolerances_of(walls, features)
     return found

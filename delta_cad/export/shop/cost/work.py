@@ -107,7 +107,7 @@ def work_of(part: Part, clampings: int, rates: Rates) -> Work:
         finished_mm2=0.0 if bought else float(solid.Area()),
         drilled=0 if bought and not _eroded(part) else drilled,
         threads=sum(bool(bore.thread) for bore in bores),
-        fits=sum(bore.deviations_um is not None for bore in bores),
+        fits=sum(bore.deviations_um is not None for bore in bores) + sum(len(hole.slots) for hole in part.holes),
         tools=clampings + len(sizes),
         clampings=clampings,
         anodised="anodised" in part.description,

@@ -10,7 +10,7 @@ from math import hypot, pi, sqrt, tau
 import numpy as np
 import pytest
 
-from delta_cad.design import design_from_dict, load_design
+from delta_cad.design import Design, design_from_dict, load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.tolerances import PLACE_MM, machine, preload_range_N, seat_tilt_rad, spring_height_mm
 from delta_cad.dimensions.tolerances.chain import Chain
@@ -23,6 +23,7 @@ from delta_cad.dimensions.tolerances.machine import (
     machine_chains,
     tolerance_record,
 )
+from delta_cad.mechanism import joint_angles
 from tests.committed import ROOT, changed
 from tests.delta_cad.catalogue.offered import offered
 
@@ -120,9 +121,32 @@ def test_an_upper_arm_with_its_bores_anywhere_in_their_zones(best_dimensions: Di
     assert chain.links[0].half == PLACE_MM / 2
 
 
+def test_a_calibrated_zero_is_that_of_positions_off_by_what_is_kept(best_dimensions: Dimensions) -> None:
+    """Handles 0.1 mm off, any way, anywhere in the cube: the angles that they are taken for, by inverse kinematics."""
+    d, random = best_dimensions, np.random.default_rng(11)
+    cube, g = d.design.workspace, d.design.geometry
+    at = random.uniform(cube.lower, cube.upper, (20_000, 3))
+    at[:8] = [[x, y, z] for x in (cube.lower[0], cube.upper[0]) for y in (cube.lower[1], cube.upper[1])
+              for z in (cube.lower[2], cube.upper[2])]  # fmt: skip
+    off = random.normal(size=(20, 1, 3))
+    off *= 1e-4 / np.linalg.norm(off, axis=-1, keepdims=True)
+    turned = np.degrees(joint_angles(g, at + off) - joint_angles(g, at))
+    most = chain_of(d, "encoder's zero").worst[1]
+    assert 0.85 * most < np.abs(turned).max() <= 1.001 * most
+
+
 def _capstan(d: Dimensions, **run: float) -> Dimensions:
     assert d.capstan is not None
     return replace(d, capstan=replace(d.capstan, run=replace(d.capstan.run, **run)))
+
+
+def _of_small_arms(design: Design) -> Design:
+    """A design of a third of the size: a tenth of a millimetre is a larger angle."""
+    m, cube = design.mechanism, design.cube
+    lengths = ("base_radius", "platform_radius", "upper_arm_length", "forearm_length", "parallelogram_width")
+    small = m.model_copy(update={f"{name}_mm": getattr(m, f"{name}_mm") / 3.0 for name in lengths})
+    sides = {name: getattr(cube, name) / 3.0 for name in ("bottom_height_mm", "half_side_mm")}
+    return design.model_copy(update={"mechanism": small, "cube": cube.model_copy(update=sides)})
 
 
 BREAKING: dict[str, Callable[[Dimensions], Dimensions]] = {
@@ -137,6 +161,8 @@ BREAKING: dict[str, Callable[[Dimensions], Dimensions]] = {
     ),
     "carriage's travel": lambda d: _capstan(d, turns=20),
     "platform's twist": lambda d: replace(d, forearm=replace(d.forearm, width_mm=0.5)),
+    "encoder's zero on its stop": lambda d: replace(d, arm=replace(d.arm, dowel_circle_mm=10.0)),
+    "encoder's zero": lambda d: replace(d, design=_of_small_arms(d.design)),
 }
 
 
@@ -157,7 +183,7 @@ def test_a_pinion_turned_to_the_general_class_leaves_the_cable_loose(
 
 def test_the_loosest_class_is_what_drawings_ask_for(best_dimensions: Dimensions) -> None:
     assert (loosest_class(best_dimensions), general_class(best_dimensions)) == ("m", "m")
-    near = replace(best_dimensions, encoder=replace(best_dimensions.encoder, centring_mm=0.2))
+    near = replace(best_dimensions, encoder=replace(best_dimensions.encoder, air_gap_max_mm=1.75))
     assert (loosest_class(near), general_class(near)) == ("f", "f")
     roomy = replace(best_dimensions.encoder, centring_mm=2.0, air_gap_max_mm=4.0)
     roomy = _capstan(replace(best_dimensions, encoder=roomy), beyond_rad=0.2)
@@ -180,7 +206,9 @@ def test_the_record_tells_every_link_and_is_json(best_dimensions: Dimensions) ->
 
 def test_a_direct_drive_has_no_cable(best_dimensions: Dimensions) -> None:
     direct = replace(best_dimensions, capstan=None, preload=None)
-    assert [c.name for c in machine_chains(direct)] == ["encoder's air gap", "encoder's centring", "platform's twist"]
+    assert [c.name for c in machine_chains(direct)] == [
+        "encoder's air gap", "encoder's centring", "platform's twist", "encoder's zero on its stop", "encoder's zero",
+    ]  # fmt: skip
     assert all(chain.links for chain in length_chains(direct, "m"))
 
 

@@ -24,13 +24,15 @@ def only(rows: list[HoleRow], part: str, says: str) -> list[HoleRow]:
 
 def test_every_bore_has_its_row(rows: list[HoleRow], best_assembly: Assembly) -> None:
     made = [part for part in best_assembly.parts if part.make]
-    bores = Counter({part.number: n for part in made if (n := sum(len(h.bores) or 1 for h in part.holes))})
+    bores = Counter(
+        {part.number: n for part in made if (n := sum(len(h.bores) or len(h.slots) or 1 for h in part.holes))}
+    )
     assert Counter(row.part for row in rows) == bores
     names = [(row.part, row.hole) for row in rows]
     assert all(re.fullmatch(r"#\d+(\.\d+)?", name) for _, name in names)  # a drawing's tags are letters: "B1"
     assert len(set(names)) == len(names)
     assert [row.callout for row in rows if row.x_mm is None] == [
-        hole.callout for part in made for hole in part.holes if hole.is_slot
+        hole.callout for part in made for hole in part.holes if hole.is_slot and not hole.slots
     ]
 
 
@@ -50,6 +52,8 @@ def test_threads_fits_and_ends_are_reported(rows: list[HoleRow]) -> None:
     assert sorted((r.direction_y, r.direction_z, r.depth_mm) for r in dowels) == [
         (-1.0, 0.0, 5.0), (-1.0, 0.0, 5.0), (0.0, 1.0, 6.0), (0.0, 1.0, 6.0), (1.0, 0.0, 5.0), (1.0, 0.0, 5.0),
     ]  # fmt: skip
+    slots = [row for row in dowels if "slot" in row.callout]
+    assert [(r.direction_y, r.direction_z, r.fit, r.upper_um) for r in slots] == [(0, 1, "H7", 10), (-1, 0, "H7", 10)]
     blind = [row for row in rows if row.thread and row.end != "through"]
     assert blind
     for row in blind:

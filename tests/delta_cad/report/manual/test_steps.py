@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import argparse
 from collections import Counter
 
 import pytest
 
 from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
+from delta_cad.common.options import add_options
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.tolerances import END_TORQUE_N_m
+from delta_cad.dimensions.tolerances.zero import CALIBRATED_MM
 from delta_cad.export.bom import BomRow, bill_of_materials
 from delta_cad.report.manual.steps import Chapter, chapters, scenes
 from delta_cad.structure.strength import screw_N, tightening_N_m
+from haptics.commands import calibrate
 
 
 @pytest.fixture(scope="module")
@@ -89,19 +93,37 @@ def test_a_torque_is_about_a_fifth_of_force_times_diameter(size: str) -> None:
 
 def test_nothing_is_put_through_seats_in_which_bearings_lie(best_assembly: Assembly) -> None:
     """A mandrel of the seats' own diameter goes through them where they are reamed, not when the bearings are in."""
-    filled = False
+    filled, reamed = set[str](), set[str]()
     for unit in best_assembly.order:
         for step in unit.steps:
-            filled |= any(name.startswith("bearing_") for insertion in step.insertions for name in insertion.names)
+            coming = [name for insertion in step.insertions for name in insertion.names]
+            filled |= {name.split("_")[1] for name in coming if name.startswith("bearing_")}  # of which chains
             said = " ".join((*step.words, *step.checks, *step.tools))
-            assert not (filled and ("mandrel" in said or "both seats" in said)), (unit.name, step.title)
-    assert filled
+            if "mandrel" in said or "both seats" in said:
+                assert unit.name == f"cheek {unit.name[-1]}", step.title
+                assert unit.name[-1] not in filled, (unit.name, step.title)
+                reamed.add(unit.name[-1])
+    assert filled == reamed == {"0", "1", "2"}
 
 
 def test_the_last_step_of_a_capstan_machine_connects_it_and_keeps_its_keys(best_assembly: Assembly) -> None:
     said = " ".join(best_assembly.order[-1].steps[-1].words)
-    assert "Connect motors and sensors" in said
+    assert "let all wires hang free" in said.lower()
     assert "Keep the cut key" in said
+
+
+def test_zeros_are_calibrated_by_a_command_that_keeps_what_control_needs(best_assembly: Assembly) -> None:
+    """The command in the manual is one that haptics takes, and its accuracy gives the last step's half degree."""
+    (step,) = (step for step in best_assembly.order[-1].steps if step.title == "Calibration")
+    said = " ".join(step.words)
+    assert "Connect motors and sensors" in said
+    command = said.partition("python -m haptics calibrate ")[2].partition(". It writes")[0]
+    parser = argparse.ArgumentParser()
+    add_options(parser, calibrate.OPTIONS)
+    given = parser.parse_args(command.split())
+    assert (given.frame, given.accuracy) == ("own", CALIBRATED_MM)
+    assert "where control is made for 0.5 deg" in step.checks[0]
+    assert "within 0.5 deg" in best_assembly.order[-1].steps[-1].checks[1]
 
 
 def test_a_direct_drive_is_assigned_no_bearing_and_how_far_its_magnet_s_stub_stands_out(

@@ -1,0 +1,141 @@
+"""Mating patterns of machines as they are drawn, and of machines with one thing drawn otherwise that break each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from delta_cad.assembly.machine import Assembly
+from delta_cad.checks.range.mates import check_mates
+from delta_cad.checks.report import CheckResult
+from delta_cad.solids.part import Bore, Hole, Part
+
+Change = Callable[[Bore], Bore]
+
+
+MOTOR = "motor and motor cheek"
+
+
+def results(assembly: Assembly) -> dict[str, CheckResult]:
+    return {one.name: one for one in check_mates(assembly)}
+
+
+def with_part(assembly: Assembly, number: str, change: Callable[[Part], Part]) -> Assembly:
+    """The machine with one part's record otherwise; its solid stays."""
+    changed = {o.part.number: change(o.part) for o in assembly.occurrences if o.part.number == number}
+    assert changed
+    every = (replace(o, part=changed.get(o.part.number, o.part)) for o in assembly.occurrences)
+    return replace(assembly, occurrences=tuple(every))
+
+
+def with_bores(change: Change) -> Callable[[Part], Part]:
+    def changed(part: Part) -> Part:
+        holes = (replace(hole, bores=tuple(change(bore) for bore in hole.bores)) for hole in part.holes)
+        return replace(part, holes=tuple(holes))
+
+    return changed
+
+
+def only(diameter: float, **values: object) -> Callable[[Part], Part]:
+    """Bores of a diameter drawn otherwise."""
+    return with_bores(lambda bore: replace(bore, **values) if abs(bore.diameter_mm - diameter) < 1e-9 else bore)  # type: ignore[arg-type]
+
+
+def without_slots(part: Part) -> Part:
+    """Round holes where the foot block has slots."""
+
+    def bored(hole: Hole) -> Hole:
+        rounds = (
+            Bore(
+                s.start_mm, s.direction, s.width_mm, s.depth_mm, fit=s.fit, deviations_um=s.deviations_um, zone_mm=0.05
+            )
+            for s in hole.slots
+        )
+        return replace(hole, is_slot=False, slots=(), bores=tuple(rounds)) if hole.slots else hole
+
+    return replace(part, holes=tuple(map(bored, part.holes)))
+
+
+def short_slots(part: Part) -> Part:
+    holes = (
+        replace(hole, slots=tuple(replace(slot, long_mm=slot.width_mm + 0.1) for slot in hole.slots))
+        for hole in part.holes
+    )
+    return replace(part, holes=tuple(holes))
+
+
+BASE, MOTOR_SIDE, ENCODER_SIDE = (
+    "base plate and foot block",
+    "foot block and motor cheek",
+    "encoder cheek and foot block",
+)
+NAMES = {
+    f"mates dowels of {BASE}", f"mates screws of {BASE}",
+    f"mates dowels of {MOTOR_SIDE}", f"mates screws of {MOTOR_SIDE}",
+    f"mates dowels of {ENCODER_SIDE}", f"mates screws of {ENCODER_SIDE}",
+    f"mates screws of {MOTOR}", "mates screws of encoder board and encoder cheek",
+    "mates dowels of sector and upper arm",
+}  # fmt: skip
+
+BROKEN: list[tuple[str, Callable[[Part], Part], set[str]]] = [
+    ("foot_block", without_slots, {f"mates dowels of {BASE}", f"mates dowels of {MOTOR_SIDE}"}),
+    ("foot_block", short_slots, {f"mates dowels of {BASE}", f"mates dowels of {MOTOR_SIDE}"}),
+    ("base_plate", only(4.5, zone_mm=0.4), {f"mates screws of {BASE}"}),
+    ("base_plate", only(4.5, zone_mm=None), {f"mates screws of {BASE}"}),  # ISO 2768-m, as it was
+    ("base_plate", only(3.0, zone_mm=0.3), {f"mates dowels of {BASE}", f"mates screws of {BASE}"}),
+    ("motor_cheek", only(3.4, zone_mm=0.35), {f"mates screws of {MOTOR_SIDE}", f"mates screws of {MOTOR}"}),
+    ("encoder_cheek", only(3.4, zone_mm=0.35), {f"mates screws of {ENCODER_SIDE}"}),
+    ("encoder_cheek", only(2.05, zone_mm=0.5), {"mates screws of encoder board and encoder cheek"}),
+    ("sector", only(3.0, zone_mm=0.5), {"mates dowels of sector and upper arm"}),
+    ("upper_arm", only(3.0, reamed_with=""), {f"mates {one} of sector and upper arm" for one in ("dowels", "pilots")}),
+    ("sector", only(3.0, predrilled_mm=2.9), {"mates dowels of sector and upper arm"}),
+    ("encoder_cheek", only(3.0, predrilled_mm=2.95), {f"mates dowels of {ENCODER_SIDE}"}),
+]  # fmt: skip
+
+
+def test_every_pattern_of_the_joystick_goes_together_at_its_limits(best_assembly: Assembly) -> None:
+    found = results(best_assembly)
+    assert found.keys() == NAMES
+    for one in found.values():
+        assert one.passed, one.detail
+        assert one.value is not None
+        assert one.value > 0.0
+        assert (one.limit, one.unit) == (0.0, "mm")
+
+
+@pytest.mark.parametrize(("number", "change", "failing"), BROKEN)
+def test_a_pattern_drawn_otherwise_fails(
+    number: str, change: Callable[[Part], Part], failing: set[str], best_assembly: Assembly
+) -> None:
+    found = results(with_part(best_assembly, number, change))
+    assert {one.name for one in found.values() if not one.passed} == failing
+    for name in failing:
+        assert "do not go in at the limits" in found[name].detail
+
+
+def test_a_board_with_holes_as_narrow_as_its_screws_does_not_go_on(best_assembly: Assembly) -> None:
+    """Holes of 2.6 mm and screws M2.5, as some boards are sold: the record is that of the solid."""
+    from delta_cad.solids.boring import along_y
+    from delta_cad.solids.primitive import bore_y, cut
+
+    def narrow(part: Part) -> Part:
+        places = [(x, z) for x in (-11.0, 11.0) for z in (-8.0, 8.0)]
+        filled = part.solid
+        for at in places:
+            filled = filled.fuse(bore_y(3.0, at, (-1.6, 0.0)))
+        solid = cut(filled, [bore_y(2.6, at, (-2.6, 1.0)) for at in places])
+        assert along_y(2.6, places[0], (-1.6, 0.0)).diameter_mm == 2.6
+        return replace(part, solid=solid.Solids()[0])
+
+    found = results(with_part(best_assembly, "encoder_board", narrow))
+    assert not found["mates screws of encoder board and encoder cheek"].passed
+
+
+def test_a_direct_drive_has_both_cheeks_on_a_hole_and_a_slot(direct_assembly: Assembly) -> None:
+    found = results(direct_assembly)
+    assert found.keys() == NAMES - {"mates dowels of sector and upper arm"}
+    assert all(one.passed for one in found.values())
+    sides = (found[f"mates dowels of {side}"].value for side in (MOTOR_SIDE, ENCODER_SIDE))
+    assert len({round(value or 0.0, 9) for value in sides}) == 1
