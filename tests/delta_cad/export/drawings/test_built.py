@@ -114,12 +114,12 @@ def test_the_three_files_say_the_same_and_the_dxf_is_sound(number: str, folder: 
     assert document.audit().errors == []
     assert dxf_texts((folder / f"{number}.dxf").read_text(encoding="utf-8")) == texts
     with pypdfium2.PdfDocument(folder / f"{number}.pdf") as read:
-        letters = "".join("".join(page.get_textpage().get_text_range() for page in read).split())
+        words = "".join("".join(page.get_textpage().get_text_range() for page in read).split())
         size = [round(side * 25.4 / 72.0) for side in read[0].get_size()]
     assert size in ([297, 210], [420, 297])
-    drawn = ["".join(text.split()) for text in texts]
-    assert [text for text in drawn if text not in letters] == []
-    assert Counter(letters) == Counter("".join(drawn))  # its reader joins numbers that stand one below another
+    letters = ["".join(text.split()) for text in texts]  # the reader joins texts that stand close: letters count
+    assert [text for text in letters if text not in words] == []
+    assert Counter(words) == Counter("".join(letters))
 
 
 def test_a_reader_that_shares_no_code_opens_every_dxf(folder: Path) -> None:
