@@ -90,9 +90,8 @@ def _exact_notes(features: Features) -> list[tuple[str, str]]:
     if not features.exact:
         return []
     fixing = [datum.letter for datum in features.datums]
-    for zone in features.zones:
-        if zone.combined and not any(datum.faces == zone.faces for datum in features.datums):
-            fixing.append(f"the {bores_of(zone, features)}x Ø{2 * zone.faces[0].radius:g} with CZ")
+    alone = [z for z in features.zones if z.combined and not any(d.faces == z.faces for d in features.datums)]
+    fixing += [f"the {bores_of(zone, features)}x Ø{2 * zone.faces[0].radius:g} with CZ" for zone in alone[:1]]
     fixed = " and ".join(filter(None, (", ".join(fixing[:-1]), fixing[-1])))
     boxed = "Boxed coordinates are theoretically exact, ISO 1101, so are 0 and right angles"
     return [("", f"{boxed}. 0 and the axes are as {fixed} fix{'es' * (len(fixing) == 1)} them.")]
