@@ -102,6 +102,14 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
         (f"{TOLERANCES}/chain.py", "the statistical range is the worst case",
          "hypot(*(link.half for link in self.links))", "sum(link.half for link in self.links)"),
     ),
+    "tests/delta_cad/dimensions/tolerances/test_mates.py": (
+        (f"{TOLERANCES}/mates.py", "the first pin's holes do not shift what the slot turns",
+         "return along - share, share", "return along, share"),
+        (f"{TOLERANCES}/mates.py", "a pin has no play along its slot",
+         "play = place.play_mm if place.along is None else place.slack_mm", "play = place.play_mm"),
+        (f"{TOLERANCES}/mates.py", "locators take half of what they take of a screw's play",
+         "thread_mm - 2.0 * located_mm", "thread_mm - located_mm"),
+    ),
     "tests/delta_cad/dimensions/test_tolerances.py": (
         (f"{TOLERANCES}/__init__.py", "a high stack presses the spring",
          "spring.force_N - rate * (high", "spring.force_N + rate * (high"),
