@@ -251,10 +251,5 @@ def _chain_table(d: Dimensions) -> list[Item]:
 
 def _row(chain: Chain) -> tuple[str, str, str, str]:
     low, high = chain.decides
-    most = "any" if chain.high == inf else f"{chain.high:.3g}"
-    return (
-        f"{chain.name}, {chain.unit}",
-        f"{chain.nominal:.3g}",
-        f"{low:.3g} to {high:.3g}",
-        f"{chain.low:.3g} to {most}",
-    )
+    bounds = f"{chain.low:.3g} to {chain.high:.3g}" if chain.high < inf else f"at least {chain.low:.3g}"
+    return f"{chain.name}, {chain.unit}", f"{chain.nominal:.3g}", f"{low:.3g} to {high:.3g}", bounds
