@@ -36,7 +36,7 @@ from delta_cad.export.drawings.title import Titles, grams
 from delta_cad.export.drawings.views.choice import ViewError, views_of
 from delta_cad.export.drawings.views.marks import RoomError
 from delta_cad.export.drawings.views.projection import Frame
-from delta_cad.solids.part import Part, location_of
+from delta_cad.solids.part import Bore, Part, location_of
 
 _REVISION = "A"
 FOLDER = "drawings"
@@ -188,8 +188,11 @@ def notes_of(part: Part, features: Features, front: Frame) -> list[tuple[str, st
         ("", "The STEP file has the nominal sizes. Where it says something else, the drawing holds."),
         ("", _finish(part)),
     ]
+    clear = (b.zone_mm and not (b.deviations_um or b.thread or "slot" in b.callout) for b in _bores(part))
+    if any(clear):
+        notes.append(("", "Screws' clearance holes H13 (ISO 273): no narrower than stated."))
     outside = any(size.tolerance is not None and size.tolerance.thread for size in features.sizes)
-    if outside or any(bore.thread for hole in part.holes for bore in hole.bores):
+    if outside or any(bore.thread for bore in _bores(part)):
         notes.append(("", "Threads ISO 965-1: 6H inside, 6g outside."))
     if outside:  # no die cuts to a shoulder, on which this part stands
         notes.append(("", "An outer thread ends in an undercut DIN 76-1, short, at its shoulder; not drawn."))
@@ -205,6 +208,10 @@ def notes_of(part: Part, features: Features, front: Frame) -> list[tuple[str, st
     for n, slot in enumerate(features.slots):
         notes.append((f"slot {n}", f"{slot.callout[0].upper()}{slot.callout[1:]}."))
     return notes
+
+
+def _bores(part: Part) -> list[Bore]:
+    return [bore for hole in part.holes for bore in hole.bores]
 
 
 def _between_centres(part: Part, features: Features) -> bool:
