@@ -77,7 +77,8 @@ def drive_page(d: Dimensions, assembly: Assembly) -> tuple[str, list[Item], dict
     by = area[0] + 8.0 - box[0], area[3] - 16.0 - box[3]
     items = [moved(item, by) for item in items]
     items.append(Text((area[0] + 8.0, area[3] - 8.0), 3.5, "drive of one chain, cut open through its axes"))
-    table = [moved(item, (area[0] + 8.0, area[1] + TITLE_MM[1] - 4.0)) for item in _chain_table(d)]
+    table = _chain_table(d)
+    table = [moved(item, (area[0] + 8.0, area[1] + 3.0 - box_of(table)[1])) for item in table]
     return ratio(scale), [*items, *table], {"section": box_of(items), "tolerance chains": box_of(table)}
 
 
