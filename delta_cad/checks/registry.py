@@ -128,7 +128,7 @@ CHECKS = (
     _Check(
         "mates",
         "design",
-        0.1,
+        0.7,
         "Mating patterns",
         lambda m: check_mates(m.assembly, general_class(m.d)),
         True,

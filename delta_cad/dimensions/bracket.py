@@ -49,6 +49,7 @@ KEY_SLOT_MM, _KEY_SLOT_WALL_MM = 3.0, 1.0  # for the key of the pinion's set scr
 _EYE_WALL_MM = 2.0  # around a stop pin that is pressed in
 _PIN_WALL_MM = 1.0  # between a stop pin and the counterbore of a motor's screw
 _FOOT_CORNER_MM = 3.0
+FOOT_OFF_MM = 0.5  # of a cheek from the plate, on which its block alone stands
 CHEEK_EDGE_MM = 0.5  # by which edges of cheeks and of the foot block on top are broken
 BLOCK_SCREW = "M3"  # of a cheek in its foot block
 _LEAST_MOTOR_SCREWS = 3  # that hold a motor wherever one of its holes is left empty
@@ -81,11 +82,12 @@ class BracketDimensions:
 
     @property
     def foot_circles_mm(self) -> list[Circle]:
-        """Circles of a cheek's foot, round above."""
+        """Circles of a cheek's foot, round above, off the plate."""
         low, high = (u - self.shoulder_u_mm for u in self.foot_u_mm)
         top = self.base_top_mm + self.foot_height_mm - _FOOT_CORNER_MM
         corners = (low + _FOOT_CORNER_MM, top, _FOOT_CORNER_MM), (high - _FOOT_CORNER_MM, top, _FOOT_CORNER_MM)
-        return [(low, self.base_top_mm, 0.0), (high, self.base_top_mm, 0.0), *corners]
+        bottom = self.base_top_mm + FOOT_OFF_MM
+        return [(low, bottom, 0.0), (high, bottom, 0.0), *corners]
 
     @property
     def motor_cheek_circles_mm(self) -> list[Circle]:

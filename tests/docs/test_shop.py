@@ -132,9 +132,6 @@ FIGURES: dict[str, Callable[[Dimensions, Path], str]] = {
     "perpendicularity Ø0.02 A": square,
     "position Ø0.05 A B C": lambda _, f: f"position Ø{2 * link_mm(f, 'motor_cheek', 'seat from its dowels'):g} A B C",
     "position Ø0.05 CZ A": lambda _, f: f"position Ø{2 * link_mm(f, 'base_plate', 'place of a dowel'):g} CZ A",
-    "position Ø0.05 A D": lambda _, f: (
-        f"position Ø{2 * link_mm(f, 'foot_block', 'cross dowels from the upright ones'):g} A D"
-    ),
     "with a mandrel 16 h5 through both seats": lambda d, _: (
         f"with a mandrel {d.bearing.outer_mm:g} h5 through both seats"
     ),
@@ -151,6 +148,7 @@ NORMS = re.compile(
 """Names of materials, norms, grades and places, in which a digit is no figure of the machine."""
 DRAWN = {
     "coaxiality Ø0.02 A": "no chain has it: a groove that runs out moves both strands alike",
+    "position Ø0.15 A B C": "screws go in with it at all limits: the check of mating patterns holds",
     "surface Ra 0.8": "goes with the grade",
     "surface Ra 1.6": "goes with the grade",
     "R1.6": "a cutter's",

@@ -10,7 +10,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from math import sqrt
+from math import inf, sqrt
 
 import numpy as np
 
@@ -108,6 +108,9 @@ def check_mates(assembly: Assembly, general: str = REQUIRED) -> list[CheckResult
         if len(pattern.pins) < 2 and not pattern.pins[0].is_dowel:
             continue  # nothing holds where one screw goes in
         parts = " and ".join(sorted(one.owner.part.number.replace("_", " ") for one in pattern.pins[0].holes))
+        if located is not None and not located.hold:
+            found[f"mates dowels of {parts}"].append((-inf, -inf, located.first.name))
+            continue
         for kind, name, worst, usual in pattern.clearances(located):
             found[f"mates {kind} of {parts}"].append((worst, usual, name))
     return [_result(name, rows) for name, rows in found.items()]
@@ -166,7 +169,7 @@ class _Pattern:
         first, second = (one.owner for one in self.pins[0].holes)
         for own, base in ((first, second), (second, first)):
             for pair, other in others.items():
-                if base.name not in pair or own.name in pair or (located := other._own()) is None:
+                if base.name not in pair or own.name in pair or (located := other._own()) is None or not located.hold:
                     continue
                 third = next(o for o in self._carried if o.name in pair and o.name != base.name)
                 for seat in _coaxial(own, third, self.along):

@@ -16,7 +16,7 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import MAGNET_GLUE_MM
-from delta_cad.dimensions.bracket import board_screw
+from delta_cad.dimensions.bracket import FOOT_OFF_MM, board_screw
 from delta_cad.dimensions.cable_run import CableRun
 from delta_cad.dimensions.capstan import (
     PINION_TURNED_MM,
@@ -283,6 +283,22 @@ def length_chains(d: Dimensions, general: str) -> list[Chain]:
     return [Chain(name, "mm", nominal, tuple(links), -inf, inf, _WHY) for name, (nominal, links) in chains.items()]
 
 
+def _foot_chain(d: Dimensions, general: str) -> Chain:
+    """The gap of a cheek over the plate, on which the foot block stands alone."""
+    b = d.bracket
+    first, second = ((u - b.shoulder_u_mm, b.cheek_screw_z_mm) for u in b.cheek_dowel_u_mm)
+    corner = b.foot_u_mm[0] - b.shoulder_u_mm, b.base_top_mm + FOOT_OFF_MM
+    moved = pair(first, second, PLACE_MM).shift_mm(corner, np.array([[0.0, 1.0], [0.0, -1.0]]))
+    edge = general_mm(b.cheek_screw_z_mm - corner[1], general)
+    links = (
+        either_way("cheek", "lower edge from its dowels", "general", edge),
+        either_way("cheek", "places of its dowels and the block's", "place", moved),
+        either_way("foot_block", "height of its cross dowels", "place", PLACE_MM / 2.0),
+    )
+    why = "below, a cheek stands on the plate and its block does not"
+    return Chain("cheek off the plate", "mm", FOOT_OFF_MM, links, 0.0, inf, why)
+
+
 def _twist_chain(d: Dimensions) -> Chain:
     """By how much the rods of a pair, not equally long, turn the platform, deg."""
     per_mm = degrees(1.0 / d.forearm.width_mm)
@@ -417,7 +433,8 @@ _DECIMALS = 5
 
 def machine_chains(d: Dimensions, general: str = REQUIRED) -> list[Chain]:
     """Lists the chains that have bounds; the three chains of a machine are alike."""
-    return [*_shoulder_chains(d, general), *cable_chains(d, general), _twist_chain(d), *zero_chains(d, general)]
+    own = [_foot_chain(d, general), _twist_chain(d)]
+    return [*_shoulder_chains(d, general), *cable_chains(d, general), *own, *zero_chains(d, general)]
 
 
 def loosest_class(d: Dimensions) -> str | None:

@@ -61,6 +61,23 @@ class Locators:
     first: Place
     slot: Place | None = None
 
+    @property
+    def hold(self) -> bool:
+        """Whether the slot, if there is one, holds the turn: it does not where it runs across the line of both pins."""
+        return self.slot is None or abs(self._arm_mm) >= _LEAST_ARM
+
+    @property
+    def _arm_mm(self) -> float:
+        """Way to the slot's pin that its turn moves across the slot."""
+        assert self.slot is not None
+        return float(self._normal @ _turned(np.subtract(self.slot.at_mm, self.first.at_mm)))
+
+    @property
+    def _normal(self) -> np.ndarray:
+        """(2,) unit vector across the slot."""
+        assert self.slot is not None
+        return _turned(np.array(self.slot.along))
+
     def coefficients(self, at_mm: Point, along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Gives how a part's shift at a point along directions depends on its locators' holes.
 
@@ -73,11 +90,9 @@ class Locators:
         """
         if self.slot is None:
             return along, np.zeros_like(along)
-        normal = _turned(np.array(self.slot.along))
-        arm = float(normal @ _turned(np.subtract(self.slot.at_mm, self.first.at_mm)))
-        if abs(arm) < _LEAST_ARM:
+        if not self.hold:
             raise ValueError(f"the slot of {self.slot.name} does not hold the turn about {self.first.name}")
-        share = (along @ _turned(np.subtract(at_mm, self.first.at_mm)) / arm)[:, None] * normal
+        share = (along @ _turned(np.subtract(at_mm, self.first.at_mm)) / self._arm_mm)[:, None] * self._normal
         return along - share, share
 
     def shift_mm(self, at_mm: Point, along: np.ndarray | None = None) -> float:

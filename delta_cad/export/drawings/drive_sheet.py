@@ -77,7 +77,8 @@ def drive_page(d: Dimensions, assembly: Assembly) -> tuple[str, list[Item], dict
     by = area[0] + 8.0 - box[0], area[3] - 16.0 - box[3]
     items = [moved(item, by) for item in items]
     items.append(Text((area[0] + 8.0, area[3] - 8.0), 3.5, "drive of one chain, cut open through its axes"))
-    table = [moved(item, (area[0] + 8.0, area[1] + TITLE_MM[1] - 4.0)) for item in _chain_table(d)]
+    table = _chain_table(d)
+    table = [moved(item, (area[0] + 8.0, area[1] + 3.0 - box_of(table)[1])) for item in table]
     return ratio(scale), [*items, *table], {"section": box_of(items), "tolerance chains": box_of(table)}
 
 
@@ -251,10 +252,5 @@ def _chain_table(d: Dimensions) -> list[Item]:
 
 def _row(chain: Chain) -> tuple[str, str, str, str]:
     low, high = chain.decides
-    most = "any" if chain.high == inf else f"{chain.high:.3g}"
-    return (
-        f"{chain.name}, {chain.unit}",
-        f"{chain.nominal:.3g}",
-        f"{low:.3g} to {high:.3g}",
-        f"{chain.low:.3g} to {most}",
-    )
+    bounds = f"{chain.low:.3g} to {chain.high:.3g}" if chain.high < inf else f"at least {chain.low:.3g}"
+    return f"{chain.name}, {chain.unit}", f"{chain.nominal:.3g}", f"{low:.3g} to {high:.3g}", bounds

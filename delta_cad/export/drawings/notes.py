@@ -53,11 +53,14 @@ def notes_of(part: Part, features: Features, front: Frame, held: Controlled) -> 
         *_exact_notes(features),
         ("", finish_of(part)),
     ]
+    bores = [bore for hole in part.holes for bore in hole.bores]
+    if any(b.zone_mm and not (b.deviations_um or b.thread or "slot" in b.callout) for b in bores):
+        notes.append(("", "Screws' clearance holes H13 (ISO 273): no narrower than stated."))
     outside = any(size.tolerance is not None and size.tolerance.thread for size in features.sizes)
-    if outside or any(bore.thread for hole in part.holes for bore in hole.bores):
+    if outside or any(bore.thread for bore in bores):
         notes.append(("", "Threads ISO 965-1: 6H inside, 6g outside."))
     fits = any(size.tolerance is not None and size.tolerance.fit for size in features.sizes)
-    if fits or any(bore.fit for hole in part.holes for bore in hole.bores):  # ISO 8015 takes sizes point by point
+    if fits or any(bore.fit for bore in bores):  # ISO 8015 takes sizes point by point
         notes.append(("", "Sizes with a fit have an envelope, ISO 14405-1 (E)."))
     if outside:  # no die cuts to a shoulder, on which this part stands
         notes.append(("", "An outer thread ends in an undercut DIN 76-1, short, at its shoulder; not drawn."))
@@ -90,9 +93,8 @@ def _exact_notes(features: Features) -> list[tuple[str, str]]:
     if not features.exact:
         return []
     fixing = [datum.letter for datum in features.datums]
-    for zone in features.zones:
-        if zone.combined and not any(datum.faces == zone.faces for datum in features.datums):
-            fixing.append(f"the {bores_of(zone, features)}x Ø{2 * zone.faces[0].radius:g} with CZ")
+    alone = [z for z in features.zones if z.combined and not any(d.faces == z.faces for d in features.datums)]
+    fixing += [f"the {bores_of(zone, features)}x Ø{2 * zone.faces[0].radius:g} with CZ" for zone in alone[:1]]
     fixed = " and ".join(filter(None, (", ".join(fixing[:-1]), fixing[-1])))
     boxed = "Boxed coordinates are theoretically exact, ISO 1101, so are 0 and right angles"
     return [("", f"{boxed}. 0 and the axes are as {fixed} fix{'es' * (len(fixing) == 1)} them.")]

@@ -230,7 +230,7 @@ def foot(d: Dimensions) -> list[tuple[float, float, float]]:
     b = d.bracket
     low, high = (u - b.shoulder_u_mm for u in b.foot_u_mm)
     top = b.base_top_mm + b.foot_height_mm - 3.0
-    return [(low, b.base_top_mm, 0), (high, b.base_top_mm, 0), (low + 3, top, 3), (high - 3, top, 3)]
+    return [(low, b.base_top_mm + 0.5, 0), (high, b.base_top_mm + 0.5, 0), (low + 3, top, 3), (high - 3, top, 3)]
 
 
 def block_bores(d: Dimensions, x: Points, z: Points) -> np.ndarray:

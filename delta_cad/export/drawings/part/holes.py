@@ -237,10 +237,15 @@ def _on(bore: Bore, declared: Sequence[Hole]) -> list[Hole]:
 
 def _callouts(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list[Bore]]) -> list[str]:
     """What is told of a declared hole on the axes of one group: of bores from either side that differ, each."""
-    stated = sorted({one.callout for one in hole.bores if any(_is_on(one, bore) for bore in same)})
+    stated = _stated(hole, same)
     if len(stated) > 1 and _shared_by(hole, groups) > 1:
         return [_prefixed(len(same), _named(text, hole.diameter_mm)) for text in stated]
     return [_callout(hole, same, groups)]
+
+
+def _stated(hole: Hole, same: list[Bore]) -> list[str]:
+    """What is declared of the bores of a hole that lie on the axes of one group."""
+    return sorted({one.callout for one in hole.bores if any(_is_on(one, bore) for bore in same)})
 
 
 def _shared_by(hole: Hole, groups: dict[tuple[object, ...], list[Bore]]) -> int:
@@ -254,8 +259,8 @@ def _callout(hole: Hole, same: list[Bore], groups: dict[tuple[object, ...], list
     shares = [match for text in hole.callout.split("; ") if (match := SHARE.match(text))]
     if len(sharing) == 1:
         return _prefixed(hole.count, _named(_shared(shares) or hole.callout, hole.diameter_mm))
-    stated = sorted({one.callout for one in hole.bores if any(_is_on(one, bore) for bore in same)})
-    if len(stated) == 1:
+    stated = _stated(hole, same)
+    if len(stated) == 1 and len({one.callout for one in hole.bores}) > 1:
         return _prefixed(len(same), _named(stated[0], hole.diameter_mm))
     own = [match[2] for match in shares if int(match[1]) == len(same)]
     if len(own) == 1 and len(shares) == len(sharing):

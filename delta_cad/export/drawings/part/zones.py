@@ -1,11 +1,11 @@
 """Datums and geometric tolerances of a part, as its function requires.
 
 Each bore states its own zone. A plate: its seat, or its largest plane across the widest fitted bore, is A, that bore is
-square to it and B; of the others a slot along it, or the widest single one, has its place from both and is C, the rest,
+square to it and B; of the others a slot along it, or the widest fitted, has its place from both and is C, the rest,
 screws' holes among them, have theirs from all. Where the widest are a pattern, it has its place from A and the two
 sides that coordinates count from, or within itself, ISO 5458; the others have theirs from A and that pattern. A turned
-part: the axis of what is fitted is A, what has to be on that axis or square to it has its zone. Exact coordinates say
-where a zone of position lies.
+part: the axis of what is fitted is A, what has to be on that axis or square to it has its zone. Where a zone of
+position lies is told by exact coordinates.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def _plate(found: Features, fitted: Sequence[_Fitted], slots: Sequence[Slot], he
     else:
         sides = "".join(_datum(found, (face,)) for face in _sides(found, base))
         _add(found, "position", first.zone_mm, first.faces, "A" + sides, combined=not sides)
-        letters = "A" + (_datum(found, first.faces) if others or slots else "")
+        letters = "A" + (_datum(found, first.faces) if others else "")
     fixed = first.count > 1  # whether what counts from the letters cannot turn about the first
     for one in sorted(slots, key=lambda one: one.direction != first.record.direction):  # its own holds the turn
         walls = tuple(face for face in found.faces if _is_wall(face, one))
@@ -77,7 +77,7 @@ def _plate(found: Features, fitted: Sequence[_Fitted], slots: Sequence[Slot], he
         if any(abs(one.record.diameter_mm - diameter) < SAME_MM for diameter in held.square):
             _add(found, "perpendicularity", SQUARE_MM, one.faces, "A")
         _add(found, "position", one.zone_mm, one.faces, letters, combined=one.count > 1 and not fixed)
-        if not fixed and one is not others[-1]:
+        if not fixed and one.record.deviations_um is not None and one is not others[-1]:
             letters, fixed = letters + _datum(found, one.faces), True
     found.exact = _exact(found)
 

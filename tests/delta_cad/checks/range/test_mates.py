@@ -10,7 +10,7 @@ import pytest
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.range.mates import check_mates
 from delta_cad.checks.report import CheckResult
-from delta_cad.solids.part import Bore, Hole, Part
+from delta_cad.solids.part import Bore, Hole, Part, Slot
 
 Change = Callable[[Bore], Bore]
 
@@ -66,6 +66,17 @@ def short_slots(part: Part) -> Part:
     return replace(part, holes=tuple(holes))
 
 
+def crossed_slots(part: Part) -> Part:
+    """Slots across the line of their dowels, which hold nothing."""
+
+    def turned(slot: Slot) -> Slot:
+        x, y, z = (abs(v) for v in slot.direction)
+        return replace(slot, along=(0.0, z, y + x))
+
+    holes = (replace(hole, slots=tuple(map(turned, hole.slots))) for hole in part.holes)
+    return replace(part, holes=tuple(holes))
+
+
 BASE, MOTOR_SIDE, ENCODER_SIDE = (
     "base plate and foot block",
     "foot block and motor cheek",
@@ -82,6 +93,7 @@ NAMES = {
 BROKEN: list[tuple[str, Callable[[Part], Part], set[str]]] = [
     ("foot_block", without_slots, {f"mates dowels of {BASE}", f"mates dowels of {MOTOR_SIDE}"}),
     ("foot_block", short_slots, {f"mates dowels of {BASE}", f"mates dowels of {MOTOR_SIDE}"}),
+    ("foot_block", crossed_slots, {f"mates dowels of {BASE}", f"mates dowels of {MOTOR_SIDE}"}),
     ("base_plate", only(4.5, zone_mm=0.4), {f"mates screws of {BASE}"}),
     ("base_plate", only(4.5, zone_mm=None), {f"mates screws of {BASE}"}),  # ISO 2768-m, as it was
     ("base_plate", only(3.0, zone_mm=0.3), {f"mates dowels of {BASE}", f"mates screws of {BASE}"}),
@@ -113,6 +125,7 @@ def test_a_pattern_drawn_otherwise_fails(
     assert {one.name for one in found.values() if not one.passed} == failing
     for name in failing:
         assert "do not go in at the limits" in found[name].detail
+        assert (found[name].value is None) is (change is crossed_slots)
 
 
 def test_a_board_with_holes_as_narrow_as_its_screws_does_not_go_on(best_assembly: Assembly) -> None:

@@ -132,6 +132,16 @@ CHAINS: dict[str, tuple[float, float, list[Line]]] = {  # name -> nominal, upper
         inf,
         [*AXES, ("radius of its rim", 0.05, -1.0), ("diameter of its crest", 0.02, -0.5)],
     ),
+    "cheek off the plate": (
+        0.5,
+        inf,
+        [
+            ("lower edge from its dowels", 0.2, 1.0),  # 6.5 mm
+            # the foot's corner is 4.5 beyond the first dowel of two 33 apart
+            ("places of its dowels and the block's", 2 * PLACE * (1.0 + 2.0 * 4.5 / 33.0), 1.0),
+            ("height of its cross dowels", PLACE, 1.0),
+        ],
+    ),
     "platform's twist": (
         0.0,
         3.0,

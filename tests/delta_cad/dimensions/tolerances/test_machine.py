@@ -160,6 +160,7 @@ BREAKING: dict[str, Callable[[Dimensions], Dimensions]] = {
         capstan=replace(d.capstan, rim_radius_mm=d.capstan.rim_radius_mm + 0.8),  # pyright: ignore
     ),
     "carriage's travel": lambda d: _capstan(d, turns=20),
+    "cheek off the plate": lambda d: replace(d, bracket=replace(d.bracket, cheek_dowel_u_mm=(48.0, 52.0))),
     "platform's twist": lambda d: replace(d, forearm=replace(d.forearm, width_mm=0.5)),
     "encoder's zero on its stop": lambda d: replace(d, arm=replace(d.arm, dowel_circle_mm=10.0)),
     "encoder's zero": lambda d: replace(d, design=_of_small_arms(d.design)),
@@ -207,7 +208,8 @@ def test_the_record_tells_every_link_and_is_json(best_dimensions: Dimensions) ->
 def test_a_direct_drive_has_no_cable(best_dimensions: Dimensions) -> None:
     direct = replace(best_dimensions, capstan=None, preload=None)
     assert [c.name for c in machine_chains(direct)] == [
-        "encoder's air gap", "encoder's centring", "platform's twist", "encoder's zero on its stop", "encoder's zero",
+        "encoder's air gap", "encoder's centring", "cheek off the plate", "platform's twist",
+        "encoder's zero on its stop", "encoder's zero",
     ]  # fmt: skip
     assert all(chain.links for chain in length_chains(direct, "m"))
 

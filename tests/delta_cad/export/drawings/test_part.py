@@ -17,9 +17,10 @@ from delta_cad.export.drawings.part.holes import HoleError, hole_groups, lettere
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.sheet_io.lettering import SURFACE
 from delta_cad.export.drawings.sheet_io.sheet import Stroke
-from delta_cad.export.drawings.title import grams
+from delta_cad.export.drawings.title import UNDATED, grams
 from delta_cad.export.drawings.views.choice import views_of
 from delta_cad.export.drawings.views.projection import Frame
+from delta_cad.export.drawings.write import titles_of
 from delta_cad.solids.making import material
 from delta_cad.solids.part import Hole, Part
 from tests.delta_cad.export.drawings.sample import HELD, METAL, plate
@@ -265,3 +266,14 @@ def test_a_face_reaches_as_far_when_it_carries_a_mesh() -> None:
     solid.tessellate(1.0, 1.0)
     assert np.array_equal([face.box for face in faces_of(solid)], before)
     assert max(box[1, 0] for box in before) >= 5.0
+
+
+@pytest.mark.parametrize(
+    ("provenance", "date"), [({"date": "2026-11-28"}, "2026-11-28"), ({"date": 7}, UNDATED), ({}, UNDATED)]
+)
+def test_a_drawing_has_the_date_that_its_design_states(
+    provenance: dict[str, str | int], date: str, best_dimensions: Dimensions
+) -> None:
+    """The clock has no part in it: the same design gives the same bytes."""
+    design = best_dimensions.design.model_copy(update={"provenance": provenance})
+    assert titles_of(replace(best_dimensions, design=design), plate(), 1, "2").date == date

@@ -40,7 +40,12 @@ def test_every_fit_of_the_joystick_is_reported_with_its_deviations_and_surface(b
     for part in best_assembly.parts:
         if not part.make:
             continue
-        lines = [line for one in hole_groups(part, faces_of(part.solid)) for line in one.callout]
+        lines = [
+            line
+            for one in hole_groups(part, faces_of(part.solid))
+            for callout in one.callout
+            for line in callout.split("\n")
+        ]
         for fit in {(b.fit, b.surface_um) for hole in part.holes for b in hole.bores if b.fit}:
             own = [line for line in lines if f" {fit[0]} (" in line]
             assert own, part.number

@@ -22,11 +22,18 @@ from tests.delta_cad.export.shop.reading import Entities, entities, of_kind, str
 
 # part -> fits as (letter, what, grade), threads, places, squares, coaxialities and datums, by hand from the drawing
 DRAWN: dict[str, tuple[dict[tuple[str, str, str], int], int, int, int, int, str]] = {
-    "upper_arm": ({("H", "hole", "7"): 3}, 0, 2, 1, 0, "AB"),  # shoulder, dowels; the bar's bore has its own deviations
+    "upper_arm": (
+        {("H", "hole", "7"): 3},
+        0,
+        2,
+        1,
+        0,
+        "ABC",
+    ),  # shoulder, dowels; the bar's bore has its own deviations
     "motor_cheek": ({("H", "hole", "7"): 5}, 0, 5, 2, 0, "ABC"),  # seat, pilot, stop pin, dowels; screws of both
     "encoder_cheek": ({("H", "hole", "6"): 1, ("H", "hole", "7"): 2}, 4, 2, 1, 0, "AB"),  # reamed in place; screws
     "foot_block": ({("H", "hole", "7"): 4}, 4, 5, 1, 0, "ABC"),  # both slots, dowel, threads below and across
-    "sector": ({("G", "hole", "7"): 1, ("H", "hole", "7"): 2}, 0, 2, 1, 0, "AB"),  # dowels, the slot's ends
+    "sector": ({("G", "hole", "7"): 1, ("H", "hole", "7"): 2}, 0, 2, 1, 0, "ABC"),  # dowels, the slot's ends
     "pinion": ({("H", "hole", "7"): 1}, 2, 0, 0, 1, "A"),
     "platform": ({}, 1, 1, 0, 0, "A"),
     "shoulder_shaft": ({("h", "shaft", "6"): 1}, 1, 0, 1, 1, "A"),
