@@ -27,6 +27,7 @@ _LETTER_SHARE, _LETTER_MM = 0.025, (1.2, 4.0)  # height of letters as a share of
 _RISE, _ABOVE, _GAP = 1.8, 1.5, 0.5  # from text to text, from the part to the first, from leader to text, in letters
 _STEPS = 3  # straight pieces in place of a curve of a letter
 _DECIMALS = 4
+_MIDDLE_MM = 1e-3
 
 Line = list[tuple[float, float]]
 
@@ -82,9 +83,12 @@ class Flags:
         if read.kind == "plane":
             return read.direction
         if read.kind in ("cylinder", "cone"):
-            return read.direction if float(read.direction @ away) >= -1e-6 else -read.direction
+            nearer = float(read.direction @ away)
+            if abs(nearer) < _MIDDLE_MM:  # through its middle: towards the positive end
+                nearer = float(read.direction[np.abs(read.direction).argmax()])
+            return read.direction if nearer > 0.0 else -read.direction
         length = float(np.linalg.norm(away))
-        return away / length if length > 1e-6 else np.array([0.0, 0.0, 1.0])
+        return away / length if length > _MIDDLE_MM else np.array([0.0, 0.0, 1.0])
 
 
 def outlines(text: str, height_mm: float) -> list[Line]:
