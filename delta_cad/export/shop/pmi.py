@@ -16,6 +16,7 @@ from typing import Any
 import cadquery as cq
 import numpy as np
 from OCP import XCAFDimTolObjects
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 from OCP.StepBasic import (
     StepBasic_GeneralProperty,
     StepBasic_GeneralPropertyAssociation,
@@ -32,6 +33,7 @@ from OCP.StepRepr import (
     StepRepr_RepresentedDefinition,
 )
 from OCP.StepShape import StepShape_LimitsAndFits, StepShape_ToleranceValue
+from OCP.StepVisual import StepVisual_DraughtingPreDefinedColour
 from OCP.TCollection import TCollection_HAsciiString
 from OCP.TDF import TDF_Label, TDF_LabelSequence
 from OCP.TDocStd import TDocStd_Document
@@ -44,6 +46,7 @@ from delta_cad.export.drawings.part.faces import faces_of as read_faces
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.holes import HoleError
 from delta_cad.export.drawings.part.record import Zone
+from delta_cad.export.shop.annotation import Flags
 from delta_cad.solids.boring import faces_of
 from delta_cad.solids.part import Bore, Part
 
@@ -54,6 +57,10 @@ GENERAL = {
     "edges": EDGES,
 }
 """What holds for every part where nothing else is said."""
+_DIAMETER = "Ø"
+_SYMBOLS = {"perpendicularity": "\u22a5", "coaxiality": "\u25ce"}
+"""Of ISO 1101, as far as the lettering has them; another zone is named."""
+_SHOWN_IN = "blue"  # colour of annotations: seen on light and on dark
 _NOT_PLAIN = re.compile(r"[^\x00-\x5b\x5d-\x7f]+")
 _GRADE_TOO_HIGH = 2  # by which the kernel's writer states the grade of a fit: IT7 as 9
 
@@ -74,7 +81,7 @@ def toleranced(part: Part) -> list[Bore]:
 
 def add_tolerances(document: TDocStd_Document, label: TDF_Label, part: Part, held: Controlled) -> None:
     """Adds dimensions, datums and tolerances of a part to a document, before it is transferred."""
-    writer = _Writer(document, label)
+    writer = _Writer(document, label, part.solid)
     for bore in toleranced(part):
         faces = faces_of(part.solid, bore)
         if faces:
@@ -121,6 +128,8 @@ def mend_tolerances(model: Any) -> None:
         if isinstance(entity, StepShape_LimitsAndFits):
             grade = int(entity.Grade().ToCString()) - _GRADE_TOO_HIGH
             entity.SetGrade(TCollection_HAsciiString(str(grade)))
+        if isinstance(entity, StepVisual_DraughtingPreDefinedColour):  # white, as the writer has it
+            entity.GetPreDefinedItem().SetName(TCollection_HAsciiString(_SHOWN_IN))
 
 
 def without_runouts(data: bytes) -> bytes:
@@ -163,17 +172,19 @@ def add_notes(model: Any, part: Part, general: str = REQUIRED) -> None:
 class _Writer:
     """Adds dimensions and tolerances to one part of a document."""
 
-    def __init__(self, document: TDocStd_Document, label: TDF_Label) -> None:
+    def __init__(self, document: TDocStd_Document, label: TDF_Label, solid: cq.Solid) -> None:
         self._shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
         self._tool = XCAFDoc_DocumentTool.DimTolTool_s(document.Main())
-        self._part = label
+        self._part, self._flags = label, Flags(solid)
+        self._shown: set[str] = set()  # datums
 
     def diameter(self, bore: Bore, faces: list[cq.Face]) -> None:
         """Adds the diameter of a bore with its fit, deviations, thread and surface."""
         size = self._size("Diameter", bore.diameter_mm, bore.fit, is_hole=True)
         if bore.deviations_um is not None:
             _deviate(size, bore.deviations_um[0] / 1000.0, bore.deviations_um[1] / 1000.0)
-        self._add(size, _remarks(bore), faces)
+        fit = f"{_DIAMETER}{bore.diameter_mm:g} {bore.fit}".rstrip() + _deviations(bore.deviations_um)
+        self._add(size, f"{bore.thread}-6H x {bore.thread_mm:g}" if bore.thread else fit, _remarks(bore), faces)
 
     def round(self, requested: Round, kind: str, is_diameter: bool, faces: list[cq.Face]) -> None:
         """Adds the diameter or the radius of what is round and no bore, with its fit, deviations, thread, surface."""
@@ -185,7 +196,10 @@ class _Writer:
         remarks = {"thread": f"{requested.thread}-6g"} if requested.thread else {}
         if requested.surface_um is not None:
             remarks["surface"] = f"Ra {requested.surface_um:g}"
-        self._add(size, remarks, faces)
+        sign = ("S" if kind == "ball" else "") + (_DIAMETER if is_diameter else "R")
+        thousandths = requested.deviations_mm and tuple(1000.0 * share * one for one in requested.deviations_mm)
+        text = f"{sign}{share * requested.diameter_mm:g} {requested.fit}".rstrip() + _deviations(thousandths)
+        self._add(size, remarks.get("thread", text), remarks, faces)
 
     def length(self, length: Length, start: list[cq.Face], end: list[cq.Face]) -> None:
         """Adds the distance of two planes."""
@@ -193,7 +207,7 @@ class _Writer:
         size.SetType(XCAFDimTolObjects.XCAFDimTolObjects_DimensionType_Location_LinearDistance)
         size.SetValue(abs(length.end_mm - length.start_mm))
         _deviate(size, -length.tolerance_mm, length.tolerance_mm)
-        self._add(size, {}, start, end)
+        self._add(size, f"{abs(length.end_mm - length.start_mm):.6g} ±{length.tolerance_mm:g}", {}, start, end)
 
     def _size(self, name: str, value_mm: float, fit: str, *, is_hole: bool) -> Any:
         """A size with its fit."""
@@ -206,11 +220,14 @@ class _Writer:
             size.SetClassOfTolerance(is_hole, variance, grade)
         return size
 
-    def _add(self, size: Any, remarks: dict[str, str], first: list[cq.Face], second: Sequence[cq.Face] = ()) -> None:
+    def _add(
+        self, size: Any, text: str, remarks: dict[str, str], first: list[cq.Face], second: Sequence[cq.Face] = ()
+    ) -> None:
         label = self._tool.AddDimension()
         self._tool.SetDimension(self._labels(first), self._labels(second), label)
         for name, text in remarks.items():
             size.AddDescription(step_text(text), step_text(name))
+        self._present(size, text, first[0])
         XCAFDoc_Dimension.Set_s(label).SetObject(size)
 
     def tolerance(self, requested: Zone, faces: list[cq.Face], datums: dict[str, list[cq.Face]]) -> None:
@@ -224,6 +241,8 @@ class _Writer:
         zone.SetValue(requested.value_mm)
         if requested.combined:  # ISO 5458: CZ
             zone.AddModifier(XCAFDimTolObjects.XCAFDimTolObjects_GeomToleranceModif_Common_Zone)
+        value = f"{_DIAMETER * requested.is_round}{requested.value_mm:g}{' CZ' * requested.combined}"
+        self._present(zone, " ".join([_SYMBOLS.get(requested.kind, requested.kind), value, *datums]), faces[0])
         XCAFDoc_GeomTolerance.Set_s(label).SetObject(zone)
         for position, (name, shown) in enumerate(datums.items(), start=1):
             datum = self._tool.AddDatum()  # every reference wants a label of its own
@@ -231,8 +250,19 @@ class _Writer:
             record = XCAFDimTolObjects.XCAFDimTolObjects_DatumObject()
             record.SetName(step_text(name))
             record.SetPosition(position)
+            if name not in self._shown:
+                self._present(record, f"[{name}]", shown[0])
+                self._shown.add(name)
             XCAFDoc_Datum.Set_s(datum).SetObject(record)
             self._tool.SetDatumToGeomTol(datum, label)
+
+    def _present(self, record: Any, text: str, face: cq.Face) -> None:
+        """Gives a dimension, tolerance or datum lines that viewers show."""
+        flag = self._flags.flag(text, face)
+        at = gp_Pnt(*flag.at_mm.tolist())
+        record.SetPresentation(flag.shape, step_text(text))
+        record.SetPlane(gp_Ax2(at, gp_Dir(*flag.normal.tolist()), gp_Dir(*flag.right.tolist())))
+        record.SetPointTextAttach(at)
 
     def _labels(self, faces: Sequence[cq.Face]) -> TDF_LabelSequence:
         found = TDF_LabelSequence()
@@ -248,6 +278,13 @@ class _Writer:
 def _deviate(size: Any, lower_mm: float, upper_mm: float) -> None:
     size.SetUpperTolValue(upper_mm)
     size.SetLowerTolValue(-lower_mm)  # the kernel's writer turns its sign
+
+
+def _deviations(um: Sequence[float] | None) -> str:
+    """Lower and upper deviation as they stand behind a size, mm."""
+    return (
+        "" if um is None else f" {um[1] / 1000.0:+.4g}/{um[0] / 1000.0:+.4g}".replace("+0/", "0/").replace("/+0", "/0")
+    )
 
 
 def _remarks(bore: Bore) -> dict[str, str]:
