@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.spatial import ConvexHull
 
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
@@ -151,6 +150,8 @@ class _Plate:
         holes: list[tuple[float, float, float]],
         rigidity_N_mm: float,
     ) -> None:
+        from scipy.spatial import ConvexHull
+
         angle = 2.0 * pi * np.arange(_CIRCLE) / _CIRCLE
         round_ = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         outline = np.concatenate([np.array([x, y]) + r * round_ for x, y, r in rims])

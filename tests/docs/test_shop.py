@@ -227,7 +227,7 @@ def test_a_figure_that_is_another_is_noticed(built: Built, best_dimensions: Dime
     for name in ("tolerances.json", "holes.csv", "cost.json", "bom.csv"):
         text = (built.folder / name).read_text(encoding="utf-8")
         text = text.replace("0.025,", "0.03,").replace("0.025\n", "0.03\n") if name == "tolerances.json" else text
-        (tmp_path / name).write_text(text.replace(",3.3,8.0,through,M4", ",3.5,8.0,through,M4"), encoding="utf-8")
+        (tmp_path / name).write_text(text.replace(",3.3,14.0,through,M4", ",3.5,14.0,through,M4"), encoding="utf-8")
     assert wrong(best_dimensions, tmp_path)["position Ø0.05 A B C"] == "position Ø0.06 A B C"
     assert "M4 is drilled 3.5" in faulty_columns(tmp_path)
 

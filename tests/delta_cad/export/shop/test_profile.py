@@ -19,6 +19,7 @@ from delta_cad.assembly.faces import solid_faces
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.dfm.lines import Lines
 from delta_cad.common.memoize import memoize
+from delta_cad.dimensions.tolerances import SLOT_CUTTER_MM
 from delta_cad.export.shop.profile import LAYERS, Profile, profile_of, write_profiles
 from delta_cad.solids.part import Part
 
@@ -104,6 +105,8 @@ def sunk_mm3(part: Part, axis: int) -> float:
             one = bore.start_mm if not bore.through else np.delete(bore.start_mm, across)  # from both sides
             volume = pi / 4.0 * bore.diameter_mm**2 * (bore.depth_mm + tip)
             crossing[tuple(np.round(one, 3))] = volume
+    slots = [slot for hole in part.holes for slot in hole.slots]
+    found += sum((s.width_mm * s.long_mm - (4.0 - pi) * (SLOT_CUTTER_MM / 2) ** 2) * s.depth_mm for s in slots)
     return found + sum(crossing.values())
 
 
@@ -178,14 +181,16 @@ def test_what_a_blank_has_over_the_part_is_what_is_bored_and_bevelled(best_assem
 
 
 def test_threads_and_fits_are_marked_for_finishing(best_assembly: Assembly) -> None:
-    part = part_of(best_assembly, "base_plate")
+    part = part_of(best_assembly, "foot_block")
     circles = [entity for entity in read(profile(part).dxf()) if entity.dxftype() == "CIRCLE"]
     pilots = sorted(round(2 * c.dxf.radius, 3) for c in circles if c.dxf.layer == "PILOT")
-    later = [b for hole in part.holes for b in hole.bores if b.through and (b.thread or b.deviations_um)]
+    axis = profile(part).axis
+    along = [b for hole in part.holes for b in hole.bores if b.through and abs(b.direction[axis]) > 0.999]
+    later = [bore for bore in along if bore.thread or bore.deviations_um]
     assert pilots == sorted(round(bore.diameter_mm, 3) for bore in later)
     assert catalogue.screw("M4").tap_drill_mm in pilots
     cut = {round(2 * c.dxf.radius, 3) for c in circles if c.dxf.layer == "HOLES"}
-    assert cut == {b.diameter_mm for h in part.holes for b in h.bores if b.through} - set(pilots)
+    assert cut == {bore.diameter_mm for bore in along} - set(pilots)
 
 
 def test_what_is_turned_rounded_thick_or_small_has_none(best_assembly: Assembly) -> None:
