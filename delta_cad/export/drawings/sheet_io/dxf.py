@@ -152,8 +152,8 @@ def _dimension(document: Any, mark: Annotation, measure: Measure) -> None:
 
 
 def _coded(text: str) -> str:
-    """A text with what DXF reads as a code broken up."""
-    return CODE.sub(r"\g<0> ", shown(text))
+    """A text with what DXF reads as a code broken up; a caret is one where a space follows it."""
+    return CODE.sub(r"\g<0> ", shown(text)).replace("^", "^ ")
 
 
 def _draw(space: Any, item: Stroke | Arc | Area | Text) -> None:

@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 import pypdfium2
 import pytest
 from fontTools.ttLib import TTFont
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from delta_cad.common.refusal import FORMULAS, LONGEST, visible
@@ -118,6 +118,7 @@ def test_a_text_that_is_too_long_for_its_cell_ends_so(text: str, most_mm: float,
 
 
 @SOME
+@example(["2^3", "^I"])
 @given(st.lists(ANY.filter(bool), min_size=1, max_size=4))
 def test_drawings_read_back_as_they_are_shown(texts: list[str]) -> None:
     from ezdxf.filemanagement import read
