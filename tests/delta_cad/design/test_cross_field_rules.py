@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from delta_cad.design import DesignError, design_from_dict
@@ -31,19 +31,24 @@ LENGTHS = (
 )
 
 
-def over_the_axes(g: DeltaGeometry, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """(n, 3) where each chain's plane enters and leaves the bottom face, and where it is over the shoulder axis, m."""
-    found = []
-    for a, direction in zip(g.radius_differences, g.radial, strict=True):
+def over_the_axes(g: DeltaGeometry, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) where each chain's plane enters and leaves the bottom face, and where it is over the shoulder axis, m.
+
+    With the chain of each: of the others the rules say nothing there, they are necessary alone.
+    """
+    found, chains = [], []
+    for i, (a, direction) in enumerate(zip(g.radius_differences, g.radial, strict=True)):
         lines = [bound / direction[k] for k in range(2) if direction[k] != 0.0 for bound in (low[k], high[k])]
         for u in (a, *lines):
             p = np.array([*(u * direction)[:2], low[2]])
             if (p >= low - 1e-12).all() and (p <= high + 1e-12).all():
                 found.append(np.clip(p, low, high))
-    return np.array(found).reshape(-1, 3)
+                chains.append(i)
+    return np.array(found).reshape(-1, 3), np.array(chains, dtype=int)
 
 
 @UNTIMED
+@example(20.0, 20.0, 50.0, 72.0, 10.0, 9.0, (60.0, 33.0, 50.0))  # chain 1 does not reach where chain 0's plane enters
 @given(*LENGTHS, st.none() | st.tuples(st.floats(60, 150), st.floats(20, 60), st.floats(-60, 60)))
 def test_a_refused_cube_has_a_point_the_mechanism_cannot_reach(
     base: float,
@@ -74,15 +79,16 @@ def test_a_refused_cube_has_a_point_the_mechanism_cannot_reach(
     g = DeltaGeometry(base / 1e3, platform / 1e3, arm / 1e3, forearm / 1e3, (others - base) / 1e3, cosine)
     low, high = np.array([centre - side, -side, bottom]), np.array([centre + side, side, bottom + 2 * side])
     corners = np.stack(np.meshgrid(*np.array([low, high]).T), axis=-1).reshape(-1, 3) / 1e3
-    points = np.vstack([corners, over_the_axes(g, low / 1e3, high / 1e3)])
+    over, chains = over_the_axes(g, low / 1e3, high / 1e3)
     try:
         design = design_from_dict(data)
     except DesignError:
         with pytest.raises(UnreachableError):
-            inverse_kinematics(g, points)
+            inverse_kinematics(g, np.vstack([corners, over]))
     else:
         # the bounds carry a slack of 1e-12 relative, so margins (m^2) may be below zero by that much
-        assert closure_margin(g, points).min() >= -1e-12
+        assert closure_margin(g, corners).min() >= -1e-12
+        assert (closure_margin(g, over)[np.arange(len(over)), chains] >= -1e-12).all()
         assert contradictions(design) == []
 
 
