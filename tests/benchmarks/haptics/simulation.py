@@ -41,13 +41,13 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     say(f"loop, tick and growth, {ROUNDS} rounds in a process of its own")
     figures = _own(_child("measured"))
     say("memory of the scene with the longest series, with its picture")
-    child = succeeded(python("-c", "from tests.benchmarks.haptics.loop import led; led()"))
+    child = succeeded(python("-c", "from tests.benchmarks.haptics.simulation import led; led()"))
     note = "`simulate --scene resistance --plot`, 16 runs of 9.3 s; the design file read, no CAD"
     figures.append(
         Figure(SUBJECT, "peak memory of simulate", child.largest_bytes / 1e6, "MB", MEMORY_MB, note=note),
     )
     say("memory of the feel sheet, with its maps")
-    child = succeeded(python("-c", "from tests.benchmarks.haptics.loop import felt; felt()"))
+    child = succeeded(python("-c", "from tests.benchmarks.haptics.simulation import felt; felt()"))
     figures.append(
         Figure(
             SUBJECT, "peak memory of feel", child.largest_bytes / 1e6, "MB", MEMORY_MB, note="walls and maps; no CAD"
@@ -55,7 +55,7 @@ def run(say: Callable[[str], None]) -> list[Figure]:
     )
     say("the twin, and MuJoCo's step beside ours")
     with TemporaryDirectory() as folder:
-        succeeded(python("-c", "from tests.benchmarks.haptics.loop import twin; twin()", folder))
+        succeeded(python("-c", "from tests.benchmarks.haptics.simulation import twin; twin()", folder))
         return figures + _adjacent(_child("adjacent", folder))
 
 

@@ -9,6 +9,7 @@ from unittest.mock import patch
 import numpy as np
 
 from optimizer.problem.evaluator import Figures, figures
+from optimizer.problem.variables import completed
 from tests.optimizer.tasks import sample_points
 
 USERS = ("optimizer.problem.step.figures", "optimizer.search.active_set.figures", "optimizer.search.result.figures")
@@ -18,11 +19,12 @@ USERS = ("optimizer.problem.step.figures", "optimizer.search.active_set.figures"
 def figures_by_solve(
     designs: np.ndarray, points: np.ndarray, conditioning: bool = True, angles: bool = True
 ) -> Figures:
-    """The figures of `optimizer.problem.evaluator.figures`, with the same arguments.
+    """The figures of `optimizer.problem.evaluator.figures`, with the same arguments, of three-fold symmetric designs.
 
     Beyond the reach, where the paper's formulas have no value, the chains are continued as in the evaluator: a search
     needs margins there. `cond` is left out where the step does not ask for it, as in ours.
     """
+    designs = completed(designs)
     L_A, L_B, R, r, H, L = (designs[:, k, None] for k in range(6))
     phi = np.radians([0.0, 120.0, 240.0])
     x, y, z = np.broadcast_arrays(L * points[..., 0], L * points[..., 1], H + L * (1.0 + points[..., 2]))
