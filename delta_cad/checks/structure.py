@@ -1,8 +1,9 @@
-"""Loads of every part against their allowable values, the required stiffness at the knob, and what the base stands."""
+"""Loads of every part against their allowable values, the required stiffness at the knob, and how the base is held."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -59,7 +60,8 @@ def _base(d: Dimensions, bodies: Mapping[str, Any], over: KnobStiffness) -> Iter
         return
     found = upset(d, bodies, over.positions_mm, knob, force)
     stands = min(found.tips_N, found.slides_N) >= force
-    more = "" if stands else f'; hardware.mounting = "screws" holds it, or {found.added_kg:.1f} kg more amid its feet'
+    heavier = f", or {found.added_kg:.1f} kg more amid its feet" if isfinite(found.added_kg) else ""
+    more = "" if stands else f'; hardware.mounting = "screws" holds it{heavier}'
     tips = f"least force at the knob that tips it over the line through two feet, needed: {who}{more}"
     slides = f"least force that slides it, friction of its feet {FOOT_FRICTION:g}, needed: {who}{more}"
     place = _place(found.tips_mm)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import inf, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -217,7 +217,8 @@ class Upset:
         tips_N: That tip it over the line through two feet.
         slides_N: That slide it over the table.
         tips_mm: Position of the platform where it tips first.
-        added_kg: Mass at the middle of the feet with which the forces are `FACTOR` times the largest at the handle.
+        added_kg: Mass at the middle of the feet with which the forces are `FACTOR` times the largest at the handle;
+            infinite where gravity does not press them on the table.
     """
 
     tips_N: float
@@ -238,7 +239,7 @@ def upset(d: Dimensions, bodies: Mapping[str, Any], positions_mm: np.ndarray, kn
         bodies: `bodies` of its mass report.
         positions_mm: (n, 3) of the platform.
         knob_mm: Height of the knob's centre over the wrists.
-        force_N: What the machine is to stand.
+        force_N: Largest force at the handle.
     """
     feet = np.array(d.base.feet_mm)
     ground = d.base.top_mm - d.base.thickness_mm - d.foot.height_mm
@@ -259,8 +260,9 @@ def upset(d: Dimensions, bodies: Mapping[str, Any], positions_mm: np.ndarray, kn
         restoring = mass * (down * ((centre[:, :2] - one) @ inwards) + gravity[:2] @ inwards * (centre[:, 2] - ground))
         tips = np.minimum(tips, restoring / lever)
         lacking = float((FACTOR * force_N * lever - restoring).max())
-        added = max(added, lacking / (down * float((middle - one) @ inwards)))
-    held = (FOOT_FRICTION * down - aside) / sqrt(1.0 + FOOT_FRICTION**2)  # N of sliding force a kg
-    added = max(added, FACTOR * force_N / held - mass)
+        gained = down * float((middle - one) @ inwards)  # N mm for each kg that is added
+        added = max(added, lacking / gained if gained > 0.0 else inf)
+    held = max(FOOT_FRICTION * down - aside, 0.0) / sqrt(1.0 + FOOT_FRICTION**2)  # N of sliding force for each kg
+    added = max(added, FACTOR * force_N / held - mass if held > 0.0 else inf)
     k = int(tips.argmin())
-    return Upset(float(tips[k]), held * mass, positions_mm[k], added)
+    return Upset(max(float(tips[k]), 0.0), held * mass, positions_mm[k], added)

@@ -171,6 +171,15 @@ def test_the_mass_that_is_named_is_the_least_that_holds() -> None:
         assert (min(again.tips_N, again.slides_N) >= FACTOR * force) == stands
 
 
+@pytest.mark.parametrize("gravity", [[0.0, 0.0, 0.0], [0.0, 0.0, 9.81], [0.0, 9.81, 0.0]])
+def test_feet_hold_nothing_where_gravity_does_not_press_them_down(gravity: list[float]) -> None:
+    data = design_to_dict(on("feet").design)
+    data["requirements"]["gravity_m_s2"] = gravity
+    d = dimensions(design_from_dict(data))
+    found = upset(d, bodies(), places(), 45.0, 3.0)
+    assert (found.tips_N, found.slides_N, found.added_kg) == (0.0, 0.0, np.inf)
+
+
 def test_it_slides_where_friction_ends() -> None:
     d = on("feet")
     found, weight = upset(d, bodies(), places(), 45.0, 3.0), 2.0 * GRAVITY
