@@ -54,7 +54,7 @@ def _base(d: Dimensions, bodies: Mapping[str, Any], over: KnobStiffness) -> Iter
         weight *= float(np.linalg.norm(d.design.requirements.gravity_m_s2))
         pulls, limit = screw_pull_N(over.table, over.positions_mm, force, weight), screw_N(catalogue.screw(MOUNT_SCREW))
         pull, k = float(pulls.max()), int(pulls.argmax())
-        detail = f"{who}, on the screw that bears most, as if it bore all of the weight; limit: its clamping force"
+        detail = f"{who}, pull on the most loaded screw, which also carries the whole weight; limit: its clamping force"
         place = _place(over.positions_mm[k])
         yield CheckResult("structure mounting screw", pull <= limit, pull, limit, "N", place, None, detail)
         return
@@ -62,8 +62,8 @@ def _base(d: Dimensions, bodies: Mapping[str, Any], over: KnobStiffness) -> Iter
     stands = min(found.tips_N, found.slides_N) >= force
     heavier = f", or {found.added_kg:.1f} kg more amid its feet" if isfinite(found.added_kg) else ""
     more = "" if stands else f'; hardware.mounting = "screws" holds it{heavier}'
-    tips = f"least force at the knob that tips it over the line through two feet, needed: {who}{more}"
-    slides = f"least force that slides it, friction of its feet {FOOT_FRICTION:g}, needed: {who}{more}"
+    tips = f"least force at the knob that tips it over the line through two feet; limit: {who}{more}"
+    slides = f"least force that slides it, friction of its feet {FOOT_FRICTION:g}; limit: {who}{more}"
     place = _place(found.tips_mm)
     yield CheckResult("structure tipping", found.tips_N >= force, found.tips_N, force, "N", place, None, tips)
     yield CheckResult("structure sliding", found.slides_N >= force, found.slides_N, force, "N", None, None, slides)

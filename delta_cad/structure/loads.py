@@ -229,7 +229,7 @@ def loads(
         how = "tight strand of the tightest setting, by friction along its drums"
         add("cable", tight, h.cable_N, "N", f"{how}; breaking load over {ROPE_FACTOR}")
         counts = given.cable * h.setting.proven_N / h.setting.held_N(turned)
-        how = "difference of the strands, as it counts where the arm is pulled to set the cable; what that proves"
+        how = "difference of the strands, referred to the angle at which the cable is set; limit: what setting proves"
         add("cable's slip", counts, h.setting.proven_N, "N", how)
         pin = given.torque / (h.sector_mm * h.sector_pins)
         add("sector dowel", pin, h.sector_N, "N", "the torque on the dowels alone; half the proof stress of 6082")
