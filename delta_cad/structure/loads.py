@@ -32,8 +32,11 @@ from delta_cad.structure.unit_loads import (
 )
 
 GRID = 9  # positions along an edge of the cube
-LEAST_MARGIN = 1.0
-"""How many times its load each part must bear: every limit below is what it may bear over this."""
+LEAST_MARGIN = 1.05
+"""How many times its load each part must bear: every limit below is what it may bear over this.
+
+A ball joint's angle and preload do not change as its load does: they hold under this times the load.
+"""
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,7 @@ class Load:
     Attributes:
         name: What bears it.
         value: In `unit`; the least value of a life.
-        limit: What it may be, with `LEAST_MARGIN`; at least this for a life.
+        limit: What it may be, with `LEAST_MARGIN`; the least it may be where `least`.
         unit: Unit of both.
         position_mm: Where it occurs.
         chain: On which chain.
@@ -174,10 +177,13 @@ def loads(
     """
     found: list[Load] = []
 
-    def add(name: str, value: np.ndarray, limit: float, unit: str, source: str, least: bool = False) -> None:
+    def add(
+        name: str, value: np.ndarray, limit: float, unit: str, source: str, least: bool = False, in_load: bool = False
+    ) -> None:
         pose, chain = np.unravel_index(np.argmin(value) if least else np.argmax(value), value.shape)
         x, y, z = (float(v) for v in p_mm[pose])
-        bound = limit * LEAST_MARGIN if least else limit / LEAST_MARGIN
+        margin = 1.0 if in_load else LEAST_MARGIN
+        bound = limit * margin if least else limit / margin
         found.append(Load(name, float(value[pose, chain]), bound, unit, (x, y, z), int(chain), source, least))
 
     h = limits
@@ -266,16 +272,18 @@ def _add_ends(add: Callable[..., None], table: BeamModel, h: Allowables, p_mm: n
     f, rod = h.forearm, given.rod
     along = forearm_vectors(table.geometry, p_mm / MM_PER_M) / table.geometry.forearm_length
     lean = np.arcsin(np.clip((along * table.geometry.tangential).sum(axis=-1), -1.0, 1.0))
-    j = f.joint
+    j, most = f.joint, LEAST_MARGIN * rod
     add(
         "ball joint",
-        np.degrees(j.edge_rad(rod, lean)),
+        np.degrees(j.edge_rad(most, lean)),
         float(np.degrees(j.wrap_rad)),
         "deg",
-        "where the load points in its cup, and half of the contact; the cup's lip",
+        f"where {LEAST_MARGIN:g} times the load points in its cup, and half of the contact; the cup's lip",
+        in_load=True,
     )
     left = "preload less that with which the contact would reach the cup's lip; a tenth, which springs may lack"
-    add("ball joint preload", j.margin_preload_N(rod, lean), h.preload_reserve_N, "N", left, least=True)
+    spare = j.margin_preload_N(most, lean)
+    add("ball joint preload", spare, h.preload_reserve_N, "N", left, least=True, in_load=True)
     pressed = j.pressed_max_N + rod
     shell = "Hertz, preload and rod force in one line; a quarter of the plastic's yield stress, for ever"
     add("cup shell", contact_N_mm2(f, pressed), h.plastic_N_mm2, "N/mm^2", shell)

@@ -211,7 +211,8 @@ def border(does: Callable[[float], bool]) -> float:
 def test_both_radii_4_mm_too_short_are_suggested_as_much_longer_as_both_need() -> None:
     """Against a bisection on the refusals, of the base alone and of both; a suggestion holds the solids' margin."""
     best = of_family("tests/references/symmetric-83.json")
-    unbounded = best.requirements.model_copy(update={"friction_max_N": None})  # whose bound no refusal is about
+    # no refusal is about friction; with 8 N its ball joints keep less than `LEAST_MARGIN`
+    unbounded = best.requirements.model_copy(update={"friction_max_N": None, "peak_force_N": 7.6})
     best = best.model_copy(update={"requirements": unbounded})
     m = best.mechanism
     short = changed(
