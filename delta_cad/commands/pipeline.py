@@ -334,19 +334,20 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: _Prog
     from delta_cad.export.shop.jigs import jig_rows
     from delta_cad.export.step import write_assembly_step, write_part_step  # load the CAD kernel
 
-    assembly = machine.assembly
+    d, assembly = machine.dimensions, machine.assembly
     progress("assembly.step")
-    fingerprint = write_assembly_step(assembly, folder / "assembly.step", schema)
+    fingerprint = write_assembly_step(assembly, folder / "assembly.step", schema, d.design.drawn_revision)
     parts = folder / "parts"
     parts.mkdir(exist_ok=True)  # another process writes meshes there
-    general, held = general_class(machine.dimensions), controlled(machine.dimensions)
+    general, held = general_class(d), controlled(d)
     for part in assembly.parts:
         if part.make:
             progress(f"parts/{part.number}")
-            write_part_step(part, parts / f"{part.number}.step", schema, general, held.get(part.number))
+            own = held.get(part.number)
+            write_part_step(part, parts / f"{part.number}.step", schema, general, own, d.design.drawn_revision)
     progress("tables")
     unit_mass = {number: body["mass_kg"] for number, body in machine.masses["parts"].items()}
-    d, rows = machine.dimensions, bill_of_materials(assembly, unit_mass, cost)
+    rows = bill_of_materials(assembly, unit_mass, cost)
     write_bom([*rows, *jig_rows(d, len(rows) + 1)], folder)
     write_holes(hole_list(assembly), folder / "holes.csv")
     if d.panel is not None:

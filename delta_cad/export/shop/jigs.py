@@ -1,8 +1,8 @@
 """Jigs that the manual works with, made once for any number of machines: parts, drawings, rows of the bill.
 
 The rod jig holds the seats of a rod apart while its tube is bonded, the seat gauge has a ball that goes in a lapped
-seat and one that does not, the mandrel stands in both bearings' seats of a drive while dowel holes are reamed. Their sizes
-are those of the machine, their tolerances those that its chains have for them.
+seat and one that does not, the mandrel stands in both bearings' seats of a drive while dowel holes are reamed. Their
+sizes are those of the machine, their tolerances those that its chains have for them.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ JIG = "jig"  # in the bill's column "make_or_buy": of the shop's, no part of the
 _CONE_DEG = 90.0
 _MOUTH_MM = 0.15  # radial, of a cone's wall around its ball, which ends in it
 _RELIEF_MM = 2.0  # bore through a cone's tip: surplus adhesive, and a drift for the ball
-_BESIDE_MM, _UNDER_MM, _FLOOR_MM = 6.0, 1.5, 8.0  # of the rod jig: past a cup, under an eye's ring, below that
+_PAST_MM, _UNDER_MM, _FLOOR_MM = 6.0, 1.5, 8.0  # of the rod jig: past a cup, under an eye's ring, below that
 _STEM_MM = 0.5  # from a pad to the end of a rod, which reaches down beside it
 _HANDLE_MM = 60.0
 _GROOVE_MM = (6.0, 1.0, 0.5)  # of the gauge's end that does not go: from the end, width, depth
@@ -89,7 +89,7 @@ def _rod_jig(d: Dimensions) -> Jig:
     mouth, below = _cone(f.ball_diameter_mm / 2)
     top = round(f.lip_mm - LIP_ROOM_MM, 2)  # both cups' lips lie over the pads, which keep them level
     floor = -max(RING_MM[0] / 2, f.eye_hole_y_mm + f.eye_diameter_mm / 2 + EYE_WALL_MM) - _UNDER_MM
-    bottom, wide = floor - _FLOOR_MM, float(round(f.cup_radius_mm + _BESIDE_MM))
+    bottom, wide = floor - _FLOOR_MM, float(round(f.cup_radius_mm + _PAST_MM))
     pad = f.stem_mm - _STEM_MM
     boring, ends = Boring(), ((0.0, 0.0), (f.length_mm, 0.0))
     seats = [blind(along_z(2 * mouth, at, (top, -below)), _CONE_DEG) for at in ends]
@@ -199,7 +199,7 @@ def write_jigs(d: Dimensions, folder: Path) -> Drawn:
     folder.mkdir(exist_ok=True)
     drawn = Drawn()
     for jig in jigs_of(d):
-        write_part_step(jig.part, folder / f"{jig.part.number}.step", held=jig.held)
+        write_part_step(jig.part, folder / f"{jig.part.number}.step", held=jig.held, revision=d.design.drawn_revision)
         drawn += write_part_drawing(jig.part, jig.held, titles_of(d, jig.part, 1, grams(_mass_g(jig.part))), folder)
     return drawn
 
