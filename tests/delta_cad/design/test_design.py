@@ -126,7 +126,7 @@ def test_a_revision_is_a_where_none_is_given_and_leaves_the_hash() -> None:
     assert design_hash(plain) == design_hash(first)
     assert design_from_dict(changed("revision", "2.1-b")).drawn_revision == "2.1-b"
     for bad in ("", "-A", "A B", "A\n", "ABCDEFGHI", 2):
-        with pytest.raises(DesignError, match="revision = .*must be 1 to 8 letters"):
+        with pytest.raises(DesignError, match=r"revision = .*must be 1 to 8 letters"):
             design_from_dict(changed("revision", bad))
 
 
