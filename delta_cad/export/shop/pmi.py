@@ -242,8 +242,9 @@ class _Writer:
     ) -> None:
         label = self._tool.AddDimension()
         self._tool.SetDimension(self._labels(first), self._labels(second), label)
-        for name, text in remarks.items():
-            size.AddDescription(step_text(text), step_text(name))
+        for name, remark in remarks.items():
+            size.AddDescription(step_text(remark), step_text(name))
+        text = f"{text}, {remarks['surface']}" if "surface" in remarks else text
         self._present(size, text, first[0])
         XCAFDoc_Dimension.Set_s(label).SetObject(size)
 
