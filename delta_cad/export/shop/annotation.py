@@ -1,8 +1,8 @@
 """Annotations of a part that viewers of its AP242 file show: each a text on a leader, as lines in space.
 
 An annotation stands on its face as a flag: the leader goes from an edge of the face along its normal, or a bore's axis,
-until it is clear of the part, and ends in the text, which is never upside down. No two of one direction stand equally high, so that none hides
-another where they are looked at from the side.
+until it is clear of the part, and ends in the text, which is never upside down. No two of one direction stand equally
+high, so that none hides another where they are looked at from the side.
 """
 
 # pyright: reportAttributeAccessIssue=false
