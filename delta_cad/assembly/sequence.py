@@ -22,11 +22,12 @@ from delta_cad.assembly.supplies import BAR_ADHESIVE
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import SET_SCREW, TENSION_SCREW, SET_TORQUE_N_m
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
+from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.leads import SENSOR_MM, STRAIGHT_MM
 from delta_cad.dimensions.panel import TEMPLATE
 from delta_cad.dimensions.platform import WRIST_MARK
 from delta_cad.dimensions.rules import tenths_above
-from delta_cad.dimensions.tolerances import PREDRILLED_MM, END_TORQUE_N_m
+from delta_cad.dimensions.tolerances import LIP_ROOM_MM, PREDRILLED_MM, END_TORQUE_N_m
 from delta_cad.dimensions.tolerances.cable_setting import STROKES, bench_pull_N, cable_setting
 from delta_cad.dimensions.tolerances.machine import general_class
 from delta_cad.dimensions.tolerances.zero import (
@@ -90,6 +91,10 @@ def _values(d: Dimensions) -> dict[str, Any]:
         "c": c,
         "retainer": catalogue.adhesive(BAR_ADHESIVE).description,
         "tube_adhesive": catalogue.adhesive(TUBE_ADHESIVE).description,
+        "goes_mm": f.seat_diameter_mm - 2 * CLEARANCE_TOLERANCE_MM,
+        "not_goes_mm": f.seat_diameter_mm + 2 * CLEARANCE_TOLERANCE_MM,
+        "lip_room_mm": LIP_ROOM_MM,
+        "rods_mm": 4 * (CLEARANCE_MM + CLEARANCE_TOLERANCE_MM),  # two seats of either rod on the jig's balls
         "over_balls_mm": f.width_mm + f.ball_diameter_mm,
         "stub_mm": d.layers.arm_mm[0] - d.shaft.y_mm[0],
         "tension_key": tension.socket_mm,

@@ -20,7 +20,7 @@ from delta_cad.checks.contact.fits import check_fits
 from delta_cad.checks.contact.gaps import check_largest_gaps
 from delta_cad.checks.contact.order.check import check_order
 from delta_cad.checks.contact.screws import check_screws
-from delta_cad.checks.contact.stops import check_stops
+from delta_cad.checks.contact.stops import check_stop_pressure, check_stops
 from delta_cad.checks.dfm.check import check_dfm
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.height import check_height
@@ -132,6 +132,13 @@ CHECKS = (
         "Mating patterns",
         lambda m: check_mates(m.assembly, general_class(m.d)),
         True,
+    ),
+    _Check(
+        "stop pressure",
+        "design",
+        0.05,
+        "Pressure of stop pins",
+        lambda m: [check_stop_pressure(m.assembly, drive_torque(m.d.design).required_peak_N_m)],
     ),
     _Check("panel", "design", 0.0, "Panel", lambda m: check_panel(m.assembly, m.d, m.limits, m.meshes)),
     _Check(

@@ -251,6 +251,7 @@ def build(
             fingerprints.append(write_files(machine, costs[0], folder.path, progress, schema))
             if drawings:
                 drawn.append(write_whole(machine, folder.path, progress))
+                drawn[0] += write_jigs_of(machine, folder.path, progress)
 
         results = run_checks(checked(machine, progress, sweep), meanwhile)
         if draughtsman is not None:
@@ -281,7 +282,7 @@ def build(
             status=status,
             fingerprint=fingerprints[0],
             left_out=(
-                *(() if drawings else ("drawings", "manual", "quotation")),
+                *(() if drawings else ("drawings", "manual", "quotation", "jigs")),
                 *(() if report else ("report", "pictures")),
             ),
         )
@@ -293,6 +294,14 @@ def write_whole(machine: BuiltMachine, folder: Path, progress: _Progress) -> Dra
     from delta_cad.export.drawings.write import FOLDER, write_whole_drawing  # loads the CAD kernel
 
     return write_whole_drawing(machine.dimensions, machine.assembly, machine.masses, folder / FOLDER, progress)
+
+
+def write_jigs_of(machine: BuiltMachine, folder: Path, progress: _Progress) -> Drawn:
+    """Writes a machine's jigs, STEP files and drawings, into the folder of its build."""
+    from delta_cad.export.shop.jigs import FOLDER, write_jigs  # loads the CAD kernel
+
+    progress("jigs")
+    return write_jigs(machine.dimensions, folder / FOLDER)
 
 
 def check_drawings(drawn: Drawn) -> CheckResult:
@@ -322,23 +331,25 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: _Prog
         The content fingerprint of `assembly.step`.
     """
     from delta_cad.export.drawings.part.controlled import controlled
+    from delta_cad.export.shop.jigs import jig_rows
     from delta_cad.export.step import write_assembly_step, write_part_step  # load the CAD kernel
 
-    assembly = machine.assembly
+    d, assembly = machine.dimensions, machine.assembly
     progress("assembly.step")
-    fingerprint = write_assembly_step(assembly, folder / "assembly.step", schema)
+    fingerprint = write_assembly_step(assembly, folder / "assembly.step", schema, d.design.drawn_revision)
     parts = folder / "parts"
     parts.mkdir(exist_ok=True)  # another process writes meshes there
-    general, held = general_class(machine.dimensions), controlled(machine.dimensions)
+    general, held = general_class(d), controlled(d)
     for part in assembly.parts:
         if part.make:
             progress(f"parts/{part.number}")
-            write_part_step(part, parts / f"{part.number}.step", schema, general, held.get(part.number))
+            own = held.get(part.number)
+            write_part_step(part, parts / f"{part.number}.step", schema, general, own, d.design.drawn_revision)
     progress("tables")
     unit_mass = {number: body["mass_kg"] for number, body in machine.masses["parts"].items()}
-    write_bom(bill_of_materials(assembly, unit_mass, cost), folder)
+    rows = bill_of_materials(assembly, unit_mass, cost)
+    write_bom([*rows, *jig_rows(d, len(rows) + 1)], folder)
     write_holes(hole_list(assembly), folder / "holes.csv")
-    d = machine.dimensions
     if d.panel is not None:
         write_template(d.panel, folder)
     write_profiles(assembly.parts, folder / PROFILES)
@@ -357,10 +368,12 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: _Prog
 
 def write_quotation_of(machine: BuiltMachine, folder: Path) -> None:
     """Packs what a shop asks for into the folder of a build, which holds parts, drawings and profiles."""
+    from delta_cad.export.shop.jigs import quoted_jigs
     from delta_cad.export.shop.quotation import quoted_parts, write_quotation  # load the CAD kernel
 
     unit_mass = {number: body["mass_kg"] for number, body in machine.masses["parts"].items()}
-    write_quotation(quoted_parts(machine.dimensions, machine.assembly, unit_mass), folder)
+    d = machine.dimensions
+    write_quotation([*quoted_parts(d, machine.assembly, unit_mass), *quoted_jigs(d)], folder)
 
 
 def _report(machine: BuiltMachine, sweep: Sweep, outcome: Outcome, folder: Path) -> None:

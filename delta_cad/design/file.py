@@ -23,6 +23,7 @@ from delta_cad.design.record import (
     HARDWARE_FAMILIES,
     IN_WORDS,
     NAME_RULE,
+    REVISION_RULE,
     SCHEMA,
     Design,
     DesignCube,
@@ -286,6 +287,8 @@ def _allowed(loc: tuple[int | str, ...], sections: _Sections = SECTIONS) -> str:
     model, name = _model_at(loc, sections), str(loc[min(1, len(loc) - 1)])
     if name == "name":
         return NAME_RULE
+    if name == "revision":
+        return REVISION_RULE
     if name == "gravity_m_s2":
         return f"must be a list of 3 numbers, each >= {-GRAVITY_MAX:g} and <= {GRAVITY_MAX:g} m/s^2"
     if name == "azimuths_deg":

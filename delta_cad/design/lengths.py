@@ -28,7 +28,7 @@ _CORNERS, _MIDDLES = sqrt(3.0) / 3.0, sqrt(3.0) / 6.0  # of a triangle's side: f
 _AT = {"corners": _CORNERS, "middles": _MIDDLES}
 _DIFFERENCE = "radius_difference_mm"
 _LEAST_RADIUS_MM = 1.0  # radius at least of what stands for a difference
-_LEFT_OUT = ("hardware", "panel", "loop", "provenance")
+_LEFT_OUT = ("hardware", "panel", "loop", "revision", "provenance")
 
 
 def _length(description: str, **changes: Any) -> Any:

@@ -233,6 +233,10 @@ class Loop(Section):
     )
 
 
+FIRST_REVISION = "A"
+REVISION_RULE = "must be 1 to 8 letters, digits, dots, underscores or hyphens, the first a letter or digit"
+
+
 class Design(Section):
     """One design: everything the CAD, the checks, the optimiser and the controller start from."""
 
@@ -244,7 +248,17 @@ class Design(Section):
     hardware: Hardware = Field(default_factory=Hardware)
     panel: Panel | None = Field(default=None, description="left out: there is none over the machine")
     loop: Loop | None = Field(default=None, description="left out: the board loop; no part of what is built")
+    revision: str | None = Field(
+        default=None,
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,7}$",
+        description=f"of drawings and STEP files; left out: {FIRST_REVISION}",
+    )
     provenance: dict[str, JsonValue] = Field(default_factory=dict, description="where the dimensions come from")
+
+    @property
+    def drawn_revision(self) -> str:
+        """Revision that drawings and STEP files state."""
+        return self.revision or FIRST_REVISION
 
     @property
     def geometry(self) -> DeltaGeometry:

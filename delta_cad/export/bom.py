@@ -30,8 +30,8 @@ class BomRow:
 
     Attributes:
         item: Line number from 1; made parts first, each group in order of first use.
-        quantity: How many are in the machine.
-        make_or_buy: "make" or "buy".
+        quantity: How many are in the machine, or of a jig in the shop.
+        make_or_buy: "make", "buy", or "jig": made or bought once for any number of machines, and no part of one.
         unit_mass_g: Mass of one, g.
         total_mass_g: Mass of all, g.
         unit_cost_EUR: Price of one, when one machine is made, EUR without tax; None where none was computed.

@@ -9,7 +9,7 @@ product definition however often it is placed. The kernel's parameters are globa
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,11 @@ from OCP.IFSelect import IFSelect_RetDone
 from OCP.Interface import Interface_Static
 from OCP.Message import Message
 from OCP.Quantity import Quantity_Color, Quantity_TOC_sRGB
-from OCP.StepBasic import StepBasic_DerivedUnitElement, StepBasic_SiUnitAndLengthUnit
+from OCP.StepBasic import (
+    StepBasic_DerivedUnitElement,
+    StepBasic_ProductDefinitionFormation,
+    StepBasic_SiUnitAndLengthUnit,
+)
 from OCP.STEPCAFControl import STEPCAFControl_Controller, STEPCAFControl_Writer
 from OCP.STEPControl import STEPControl_AsIs
 from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
@@ -34,10 +38,11 @@ from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_ColorGen, XCAFDoc_DocumentTool
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.design.record import FIRST_REVISION
 from delta_cad.dimensions.tolerances.general import REQUIRED
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.fingerprint import canonical
-from delta_cad.export.shop.pmi import add_notes, add_tolerances, mend_tolerances, step_text, without_runouts
+from delta_cad.export.shop.pmi import add_notes, add_tolerances, mend_tolerances, notes, step_text, without_runouts
 from delta_cad.mechanism.placement import LINKS
 from delta_cad.solids.part import Part, location_of
 
@@ -57,8 +62,8 @@ class StepError(ValueError):
     """A STEP file cannot be written from what was given."""
 
 
-def write_assembly_step(assembly: Assembly, path: Path, schema: str = "AP242") -> str:
-    """Writes the whole machine in its home position; the schema is "AP242" or "AP214".
+def write_assembly_step(assembly: Assembly, path: Path, schema: str = "AP242", revision: str = FIRST_REVISION) -> str:
+    """Writes the whole machine of a revision in its home position; the schema is "AP242" or "AP214".
 
     Returns:
         The content fingerprint of the file.
@@ -82,14 +87,19 @@ def write_assembly_step(assembly: Assembly, path: Path, schema: str = "AP242") -
                 _name(shapes.AddComponent(branch, definitions[occurrence.part.number], place), occurrence.name)
         _name(shapes.AddComponent(root, branch, _location(links[link], link)), link)
     shapes.UpdateAssemblies()
-    _write(document, path, schema, assembly.name)
+    _write(document, path, schema, assembly.name, revision)
     data, fingerprint = canonical(path.read_bytes())  # the kernel orders colours by where they lie in memory
     path.write_bytes(data)
     return fingerprint
 
 
 def write_part_step(
-    part: Part, path: Path, schema: str = "AP242", general: str = REQUIRED, held: Controlled | None = None
+    part: Part,
+    path: Path,
+    schema: str = "AP242",
+    general: str = REQUIRED,
+    held: Controlled | None = None,
+    revision: str = FIRST_REVISION,
 ) -> None:
     """Writes one part at its own origin, with its number, colour and material; schemas as for the assembly.
 
@@ -100,10 +110,10 @@ def write_part_step(
         StepError: The schema is unknown, the part is not one solid, or the kernel refuses to write.
     """
     document, _ = _document()
-    label = _define(document, part)
+    label, held = _define(document, part), held or Controlled()
     if schema == "AP242" and part.make:
-        add_tolerances(document, label, part, held or Controlled())
-    _write(document, path, schema, part.number, part if part.make else None, general)
+        add_tolerances(document, label, part, held)
+    _write(document, path, schema, part.number, revision, notes(part, held, general) if part.make else None)
     path.write_bytes(without_runouts(path.read_bytes()))
 
 
@@ -172,7 +182,12 @@ def _name(label: TDF_Label, name: str) -> None:
 
 
 def _write(
-    document: TDocStd_Document, path: Path, schema: str, title: str, noted: Part | None = None, general: str = REQUIRED
+    document: TDocStd_Document,
+    path: Path,
+    schema: str,
+    title: str,
+    revision: str,
+    noted: Mapping[str, str] | None = None,
 ) -> None:
     """Transfers a document, adds the notes of a part, fills the header and writes the file."""
     if schema not in SCHEMAS:
@@ -185,8 +200,9 @@ def _write(
         _mend_density_units(writer.ChangeWriter().Model(False))
         if schema == "AP242" and noted is not None:
             mend_tolerances(writer.ChangeWriter().Model(False))
-            add_notes(writer.ChangeWriter().Model(False), noted, general)
-        _fill_header(writer.ChangeWriter().Model(False), title)
+            add_notes(writer.ChangeWriter().Model(False), noted)
+        _state_revision(writer.ChangeWriter().Model(False), revision)
+        _fill_header(writer.ChangeWriter().Model(False), title, revision)
         if writer.Write(str(path)) == IFSelect_RetDone and path.read_bytes().rstrip().endswith(END):
             return
         if path.exists():  # the kernel gives no reason; if it is a full disk, this does
@@ -223,10 +239,19 @@ def _mend_density_units(model: Any) -> None:
             entity.SetExponent(-3.0 if isinstance(entity.Unit(), StepBasic_SiUnitAndLengthUnit) else 1.0)
 
 
-def _fill_header(model: Any, title: str) -> None:
-    """Header section: name, time, organisation, system; the author, whom a design does not name, stays empty."""
+def _state_revision(model: Any, revision: str) -> None:
+    """Gives every product its version."""
+    for number in range(1, model.NbEntities() + 1):
+        entity = model.Value(number)
+        if isinstance(entity, StepBasic_ProductDefinitionFormation):
+            entity.SetId(step_text(revision))
+
+
+def _fill_header(model: Any, title: str, revision: str) -> None:
+    """Header section: name, revision, time, organisation, system; no author, whom a design does not name."""
     header = APIHeaderSection_MakeHeader(model)
     header.SetName(TCollection_HAsciiString(title))
+    header.SetDescriptionValue(1, TCollection_HAsciiString(f"{title}, revision {revision}"))
     header.SetTimeStamp(TCollection_HAsciiString(_TIME_STAMP))
     header.SetAuthorValue(1, TCollection_HAsciiString(""))
     header.SetOrganizationValue(1, TCollection_HAsciiString(_ORIGIN))

@@ -28,6 +28,7 @@ from delta_cad.dimensions.platform import BASE_SCREW
 from delta_cad.dimensions.rules import DRILL_DIAMETERS, require, tenths_above
 from delta_cad.dimensions.tolerances import (
     LENGTH_MM,
+    MANDREL_FIT,
     MOTOR_ZONE_MM,
     PLACE_MM,
     PREDRILLED_MM,
@@ -365,7 +366,7 @@ def _reamed(d: Dimensions) -> str:
     if d.capstan is None:
         return ""
     tilt = minutes(seat_tilt_rad(d.bracket))
-    mandrel = f"a mandrel {d.bearing.outer_mm:g} h5 through both seats"
+    mandrel = f"a mandrel {d.bearing.outer_mm:g} {MANDREL_FIT} in both seats"
     return f", dowel holes reamed on the foot block with {mandrel}: they tilt by {tenths_above(tilt):g}' at most"
 
 

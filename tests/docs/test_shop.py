@@ -131,10 +131,13 @@ FIGURES: dict[str, Callable[[Dimensions, Path], str]] = {
     "M4 x 8, drilled 10.5 deep": shaft,
     "perpendicularity Ø0.02 A": square,
     "position Ø0.05 A B C": lambda _, f: f"position Ø{2 * link_mm(f, 'motor_cheek', 'seat from its dowels'):g} A B C",
+    "coaxiality Ø0.05 A": lambda _, f: f"coaxiality Ø{2 * link_mm(f, 'pinion', 'groove off its bore'):g} A",
     "position Ø0.05 CZ A": lambda _, f: f"position Ø{2 * link_mm(f, 'base_plate', 'place of a dowel'):g} CZ A",
-    "with a mandrel 16 h5 through both seats": lambda d, _: (
-        f"with a mandrel {d.bearing.outer_mm:g} h5 through both seats"
+    "with a mandrel 16 h6 in both seats": lambda d, _: f"with a mandrel {d.bearing.outer_mm:g} h6 in both seats",
+    "equally long to 0.04 mm": lambda d, _: (  # either rod's seats, on the balls of one jig, off by their play
+        f"equally long to {2 * (d.forearm.seat_diameter_mm + 0.005 - d.forearm.ball_diameter_mm):.2g} mm"
     ),
+    "6.010 goes in and turns": lambda d, _: f"{d.forearm.seat_diameter_mm - 0.005:.3f} goes in and turns",
     "Ø2.55 ±0.02 x 3.9 from the ball's surface, eroded": ball,
     "screws to 11 from below": base_screws,
 }
@@ -147,13 +150,11 @@ NORMS = re.compile(
 )
 """Names of materials, norms, grades and places, in which a digit is no figure of the machine."""
 DRAWN = {
-    "coaxiality Ø0.02 A": "no chain has it: a groove that runs out moves both strands alike",
     "position Ø0.15 A B C": "screws go in with it at all limits: the check of mating patterns holds",
     "surface Ra 0.8": "goes with the grade",
     "surface Ra 1.6": "goes with the grade",
     "R1.6": "a cutter's",
     "up to +0.2 inside": "a bearing's ring has it",
-    "equally long to 0.02 mm": "the rods' jig keeps it",
     "with a round bottom x 1.5 long": "the lug's wall",
     "turned 0.01 to 0.02 smaller": "what lapping takes",
 }

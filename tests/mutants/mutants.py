@@ -92,7 +92,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
          "moment_x + c.y_mm * tangent_z", "moment_x - c.y_mm * tangent_z"),
     ),
     "tests/delta_cad/dimensions/tolerances/test_formulas.py": (
-        (f"{TOLERANCES}/machine.py", "a forearm has one seat", "2 * CLEARANCE_TOLERANCE_MM", "CLEARANCE_TOLERANCE_MM"),
+        (f"{TOLERANCES}/machine.py", "a forearm has one seat", "2 * (CLEARANCE_MM +", "(CLEARANCE_MM +"),
         (f"{TOLERANCES}/machine.py", "the foot's whole width moves its middle",
          '"width", "stated", LENGTH_MM, 0.5)', '"width", "stated", LENGTH_MM, 1.0)'),
         (f"{TOLERANCES}/machine.py", "one dowel of two turns a cheek",

@@ -1,4 +1,4 @@
-"""End stops act where stated: free a degree before, in contact a degree beyond, with enough depth."""
+"""End stops act where stated, free a degree before and in contact a degree beyond, and their pins are held."""
 
 # pyright: reportAttributeAccessIssue=false
 # OCP builds its modules at run time, so a type checker does not see their names
@@ -15,8 +15,10 @@ from delta_cad.checks.contact.shared_volume import NOISE_MM3, common_size, volum
 from delta_cad.checks.report import CheckResult
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids.part import Occurrence, Stop, location_of
+from delta_cad.structure.strength import PRESSED_N_mm2
 
 _WITHIN_RAD = np.radians(1.0)  # of the stated angle: a third of the margin outside the cube
+_SKIN_MM = 0.05  # around a pin, in which what holds it is measured
 Y = np.array([0.0, 1.0, 0.0])
 
 
@@ -50,6 +52,73 @@ def check_stops(assembly: Assembly) -> CheckResult:
     bad = [text for share, _, text in shares if share < 1.0]
     detail = f"{len(bad)} of {len(shares)} stops fail: {'; '.join(bad)}" if bad else f"least of {len(shares)}: {text}"
     return CheckResult("stops met", not bad, worst, 1.0, "", worst_pair=(stop.a, stop.b), detail=detail)
+
+
+def check_stop_pressure(assembly: Assembly, torque_N_m: float) -> CheckResult:
+    """Presses each stop pin against the wall that holds it by the largest torque at its joint.
+
+    The pin is stiff beside the wall and the pressure linear along it: `F / (d h) (1 + 6 a / h)`, with h the length that
+    is held, measured on the solids, and a from its middle to the pin's free end, where the force is taken to act.
+
+    Args:
+        assembly: The placed parts with their stops, whose pins are `a`.
+        torque_N_m: At the joint, driven against its stop without a blow.
+
+    Returns:
+        `stop pressure`: largest pressure, N/mm^2; its limit is half the proof stress of EN AW-6082.
+    """
+    occurrences, joints = {o.name: o for o in assembly.occurrences}, {joint.name: joint for joint in assembly.joints}
+    holders = {contact.a: contact.b for contact in assembly.contacts if contact.kind == "cylinder"}
+    rows: list[tuple[float, str, str]] = []
+    known: dict[Key, tuple[float, float]] = {}  # the pins of all chains are held alike
+    for stop in assembly.stops:
+        pin, holder = occurrences.get(stop.a), occurrences.get(holders.get(stop.a, ""))
+        if pin is None or holder is None or stop.joint not in joints:
+            rows.append((np.inf, stop.a, f"{stop.a} is held by nothing"))
+            continue
+        frame = np.linalg.inv(pin.placement) @ holder.placement
+        key = relative_key(str(id(pin.part)), str(id(holder.part)), frame)
+        if key not in known:
+            known[key] = _held(pin, holder, frame)
+        held, lever = known[key]
+        if held <= 0.0:
+            rows.append((np.inf, stop.a, f"{stop.a} is not held in {holder.name}"))
+            continue
+        at = np.linalg.inv(joints[stop.joint].frame_a) @ pin.placement[:, 3]
+        force = 1000.0 * torque_N_m / float(np.hypot(at[0], at[2]))
+        pressure = force / (_wide(pin) * held) * (1.0 + 6.0 * lever / held)
+        rows.append((pressure, stop.a, f"{stop.a}, held over {held:.2f} mm, bears {force:.0f} N at its end"))
+    if not rows:
+        return CheckResult("stop pressure", False, None, PRESSED_N_mm2, "N/mm^2", detail="the assembly has no stop")
+    worst, name, text = max(rows)
+    value = worst if np.isfinite(worst) else None
+    detail = f"{text}; half the proof stress of EN AW-6082 is allowed"
+    passed = worst <= PRESSED_N_mm2
+    return CheckResult("stop pressure", passed, value, PRESSED_N_mm2, "N/mm^2", worst_pair=(name,), detail=detail)
+
+
+def _wide(pin: Occurrence) -> float:
+    return float(pin.part.solid.BoundingBox(1e-3).xlen)
+
+
+def _held(pin: Occurrence, holder: Occurrence, frame: np.ndarray) -> tuple[float, float]:
+    """Length over which a part holds a pin, and the way from its middle to the pin's further end, mm.
+
+    Measured by the part's volume in a skin around the pin: what is held on a part of its round counts by that part.
+    """
+    import cadquery as cq
+
+    box = pin.part.solid.BoundingBox(1e-3)
+    radius, long = box.xlen / 2.0, box.zlen
+    outer = cq.Solid.makeCylinder(radius + _SKIN_MM, long, cq.Vector(0, 0, box.zmin))
+    skin = outer.cut(cq.Solid.makeCylinder(radius, long, cq.Vector(0, 0, box.zmin)))
+    common = skin.intersect(holder.part.solid.moved(cq.Location(location_of(frame))))
+    size = common.Volume()
+    if size <= NOISE_MM3:
+        return 0.0, 0.0
+    middle = cq.Shape.centerOfMass(common).z
+    around = np.pi * ((radius + _SKIN_MM) ** 2 - radius**2)
+    return size / around, max(box.zmax - middle, middle - box.zmin)
 
 
 def _meeting(

@@ -14,7 +14,12 @@ STACK = 5  # such lengths: arm, sector, foot block, depth of the seat in either 
 WIDTH_MM = 0.12  # by which a bearing may be narrower, ISO 492 normal class up to a bore of 10 mm, as of 10 to 18
 WORKING = (0.2, 0.8)  # share of its free height over its strip by which a wave spring is pressed, as makers advise
 DOWEL_PLAY_MM = 0.004  # of radius, at most: 3 m6 in H7
-MANDREL_MM = 0.008  # by which it may be thinner than its seats' nominal diameter: h5 up to 18 mm
+MANDREL_FIT, MANDREL_MM = "h6", 0.011  # by which it may be thinner than its seats' nominal diameter, up to 18 mm
+LIP_ROOM_MM = 0.1  # of a cup's lip over the rod jig's pad
+JIG_DEPTH_MM, JIG_MOUTH_MM = (
+    0.05,
+    0.05,
+)  # either way, of depth and diameter of the jig's seats: both move a ball's height
 SEATS_MM = 0.018, 0.011  # by which they may be wider: H7 of the motor's cheek, H6 of the encoder's
 TILT_RAD = radians(10.0 / 60.0)
 """Tilt that a deep groove bearing bears: 2 to 10 minutes of arc by its clearance.
@@ -53,7 +58,7 @@ MOTOR_ZONE_MM, BOARD_ZONE_MM = 0.2, 0.1
 none: ISO 2768-m of such circles, and what boards are drilled to."""
 BOARD_THREADS_MM = 0.2  # zone of an encoder board's threads, at most: half of it adds to the encoder's centring
 COAXIAL_MM = 0.05  # zone for the axis of an encoder's magnet in its shaft: half of it adds to the encoder's centring
-TRUE_MM = 0.02  # zone for the axes of a pinion's groove and of a cross-bar's studs: turned in one clamping
+TRUE_MM = 0.05  # zone for the axes of a pinion's groove and of a cross-bar's studs, half of it in their chains
 RUN_OUT_MM = {0.4: 1.5, 0.45: 1.6, 0.5: 1.8, 0.7: 2.4, 0.8: 2.7, 1.0: 3.2, 1.25: 3.9, 1.5: 4.6}
 """From a thread's usable end to the full depth of its blind drill, by pitch, mm. Source: DIN 76-1, e2 (short)."""
 DRILL_STEP_MM = 0.5  # to which the depth of a drill is rounded up

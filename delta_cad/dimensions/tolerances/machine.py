@@ -26,7 +26,7 @@ from delta_cad.dimensions.capstan import (
     CapstanDimensions,
 )
 from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, TILT_MARGIN_RAD
-from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
+from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.layers import BOARD_STAND_OFF_MM, SPAN_MM
 from delta_cad.dimensions.tolerances import (
     BAR_WIDER_UM,
@@ -35,13 +35,17 @@ from delta_cad.dimensions.tolerances import (
     COAXIAL_MM,
     DOWEL_PLAY_MM,
     EROSION_UM,
+    JIG_DEPTH_MM,
+    JIG_MOUTH_MM,
     LENGTH_MM,
+    LIP_ROOM_MM,
     MAGNET_WIDER_UM,
     MANDREL_MM,
     PLACE_MM,
     SEATS_MM,
     SQUARE_MM,
     TILT_RAD,
+    TRUE_MM,
     WIDTH_MM,
     deviations_um,
     minutes,
@@ -216,7 +220,8 @@ def _between_axes(d: Dimensions, c: CapstanDimensions) -> tuple[Link, ...]:
         ("pinion", "on the motor's shaft"): deviations_um("H7", bore)[1] - deviations_um("h6", bore)[0],
     }
     places = either_way("motor_cheek", "pilot from the bearing's seat", "place", PLACE_MM / 2.0)
-    return places, *(either_way(part, what, "fit", um / 2000.0) for (part, what), um in play_um.items())
+    fits = (either_way(part, what, "fit", um / 2000.0) for (part, what), um in play_um.items())
+    return places, *fits, either_way("pinion", "groove off its bore", "place", TRUE_MM / 2.0)
 
 
 def _axes_chain(d: Dimensions, c: CapstanDimensions) -> Chain:
@@ -252,13 +257,16 @@ def travel_chain(d: Dimensions, c: CapstanDimensions, general: str) -> Chain:
 
 
 def _path_mm(run: CableRun, off_mm: np.ndarray) -> float:
-    """Length of the cable where both radii, of sector and pinion, and the axes' distance are off by (3,) these."""
+    """Length of the cable where both radii, of sector and pinion, and the axes' distance are off by (3,) these.
+
+    The rim's ends stay where they are on the sector: the tangent points move past them.
+    """
     sector, pinion, apart = (float(v) for v in off_mm)
     radii = {"sector_mm": run.sector_mm + sector, "pinion_mm": run.pinion_mm + pinion}
-    return replace(run, gap_mm=run.gap_mm + apart - sector - pinion, **radii).length_mm()
+    made = replace(run, gap_mm=run.gap_mm + apart - sector - pinion, **radii)
+    return replace(made, beyond_rad=run.beyond_rad + run.tangent_rad - made.tangent_rad).length_mm()
 
 
-_JIG_MM = 0.02  # distance of the pins of the jig that a rod is bonded in, either way: reamed in one clamping
 _CENTRED_MM = 0.05  # a cross-bar in its boss, along it, set by a gauge block between ball and boss, either way
 _WHY = "beyond, what is proved of the cube is not of every machine that is made"
 
@@ -310,6 +318,20 @@ def _twist_chain(d: Dimensions) -> Chain:
     limit = degrees(TILT_MARGIN_RAD)
     why = "beyond, ball joints turn further than they are made for"
     return Chain("platform's twist", "deg", 0.0, links, -limit, limit, why)
+
+
+def _level_chain(d: Dimensions) -> Chain:
+    """By how much a cup turns about its rod in the jig, deg: until its lip meets the pad."""
+    per_mm = degrees(1.0 / d.forearm.cup_radius_mm)
+    links = (
+        either_way("rod_jig", "depth of its seats", "stated", JIG_DEPTH_MM, per_mm),
+        either_way("rod_jig", "radius of its cones' mouths", "stated", JIG_MOUTH_MM / 2, per_mm),
+    )
+    limit = degrees(TILT_MARGIN_RAD)
+    why = (
+        "beyond, ball joints turn further than they are made for; below, a lip lies on the pad and its seat on no ball"
+    )
+    return Chain("cup's turn in the jig", "deg", per_mm * LIP_ROOM_MM, links, 0.0, limit, why)
 
 
 def deviation_mm(chain: Chain) -> float:
@@ -387,21 +409,33 @@ def _arm(d: Dimensions) -> list[Link]:
     return [
         either_way("upper_arm", "bar's bore from the shaft's", "place", PLACE_MM / 2.0),
         either_way("upper_arm", "on its shaft", "fit", (bore + shaft) / 2000.0),
+        *_ball_links(d),
+    ]
+
+
+def _ball_links(d: Dimensions) -> list[Link]:
+    """From a bar's bore to a ball's centre, across the bar: what the mean of both its ends is off at most."""
+    f = d.forearm
+    pin = -deviations_um("h7", f.pin_diameter_mm)[0] + EROSION_UM
+    return [
         either_way("cross_bar", "in its bond", "set", _bar_mm(d)),
+        either_way("cross_bar", "studs off its middle", "place", TRUE_MM / 2.0),
+        either_way("joint_ball", "on its stud, in its bond", "set", BALL_GLUE_MM + pin / 2000.0),
     ]
 
 
 def _rod() -> list[Link]:
+    """Both seats of a rod, bonded on the balls of its jig, each with the play of its clearance."""
     return [
-        either_way("rod_tube", "bonded in a jig", "set", _JIG_MM),
-        either_way("cup_shell", "both seats", "stated", 2 * CLEARANCE_TOLERANCE_MM),
+        either_way("rod_jig", "places of its cones", "place", PLACE_MM),
+        either_way("cup_shell", "both seats on the jig's balls", "stated", 2 * (CLEARANCE_MM + CLEARANCE_TOLERANCE_MM)),
     ]
 
 
 def _wrist(d: Dimensions) -> list[Link]:
     return [
         either_way("platform", "place of a bar's bore", "place", PLACE_MM / 2.0),
-        either_way("cross_bar", "in its bond", "set", _bar_mm(d)),
+        *_ball_links(d),
     ]
 
 
@@ -433,7 +467,7 @@ _DECIMALS = 5
 
 def machine_chains(d: Dimensions, general: str = REQUIRED) -> list[Chain]:
     """Lists the chains that have bounds; the three chains of a machine are alike."""
-    own = [_foot_chain(d, general), _twist_chain(d)]
+    own = [_foot_chain(d, general), _twist_chain(d), _level_chain(d)]
     return [*_shoulder_chains(d, general), *cable_chains(d, general), *own, *zero_chains(d, general)]
 
 

@@ -38,7 +38,6 @@ from delta_cad.export.drawings.views.choice import ViewError, views_of
 from delta_cad.export.drawings.views.marks import RoomError
 from delta_cad.solids.part import Part, location_of
 
-_REVISION = "A"
 FOLDER = "drawings"
 LOADS = ("ezdxf", "fontTools.subset")
 _UNDRAWN = (HoleError, ViewError, LayoutError, RoomError)
@@ -190,7 +189,7 @@ def titles_of(d: Dimensions, part: Part, quantity: int, mass_g: str, tolerance: 
         mass=f"{mass_g} g",
         size=_size((box.xlen, box.ylen, box.zlen)),
         machine=_machine(d),
-        revision=_REVISION,
+        revision=d.design.drawn_revision,
         tolerance=tolerance,
         date=_date(d),
     )
@@ -208,7 +207,7 @@ def _whole_titles(d: Dimensions, assembly: Assembly, masses: Mapping[str, Any]) 
     mass = f"{masses['total_mass_kg']:.3g} kg"
     text = f"Assembly of {assembly.name}, arms at equal angles"
     size_mm, kind = _size(size), "Assembly drawing"
-    order = "assembly", text, "see the item list", "1", mass, size_mm, _machine(d), _REVISION
+    order = "assembly", text, "see the item list", "1", mass, size_mm, _machine(d), d.design.drawn_revision
     return Titles(*order, kind=kind, date=_date(d))
 
 

@@ -1,8 +1,8 @@
 """Annotations of a part that viewers of its AP242 file show: each a text on a leader, as lines in space.
 
 An annotation stands on its face as a flag: the leader goes from an edge of the face along its normal, or a bore's axis,
-until it is clear of the part, and ends in the text. No two of one direction stand equally high, so that none hides
-another where they are looked at from the side.
+until it is clear of the part, and ends in the text, which is never upside down. No two of one direction stand equally
+high, so that none hides another where they are looked at from the side.
 """
 
 # pyright: reportAttributeAccessIssue=false
@@ -28,6 +28,7 @@ _RISE, _ABOVE, _GAP = 1.8, 1.5, 0.5  # from text to text, from the part to the f
 _STEPS = 3  # straight pieces in place of a curve of a letter
 _DECIMALS = 4
 _MIDDLE_MM = 1e-3
+_SIDE = 0.5  # cosine to x from which on a leader points aside
 
 Line = list[tuple[float, float]]
 
@@ -67,14 +68,12 @@ class Flags:
         level = float(np.maximum(self._low * up, self._high * up).sum())
         level += self._letter * (_ABOVE + _RISE * self._count[key])
         self._count[key] += 1
-        right = np.eye(3)[1 if abs(up[0]) > 0.5 else 0]
-        right = right - (right @ up) * up
-        right /= np.linalg.norm(right)
+        right, upright = _reading(up)
         head = foot + (level - float(foot @ up)) * up
         begin = head + _GAP * self._letter * right
         lines = [[foot, head, begin]]
-        lines += [[begin + x * right + y * up for x, y in line] for line in outlines(text, self._letter)]
-        return Flag(_compound(lines), begin, cross(right, up), right)
+        lines += [[begin + x * right + y * upright for x, y in line] for line in outlines(text, self._letter)]
+        return Flag(_compound(lines), begin, cross(right, upright), right)
 
     def _up(self, face: cq.Face) -> np.ndarray:
         """The way out of a face: a plane's normal, an axis to the nearer side, or away from the part's middle."""
@@ -89,6 +88,20 @@ class Flags:
             return read.direction if nearer > 0.0 else -read.direction
         length = float(np.linalg.norm(away))
         return away / length if length > _MIDDLE_MM else np.array([0.0, 0.0, 1.0])
+
+
+def _reading(up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(3,) along a text and (3,) up its letters on a leader along a direction, whichever of both ways that points.
+
+    Texts over and under a part stand upright, seen from the front (-y); those before and behind it, seen from above;
+    those at its sides are read from the right, seen from above.
+    """
+    side = abs(up[0]) > _SIDE
+    right = np.eye(3)[1 if side else 0]
+    right = right - (right @ up) * up
+    right /= np.linalg.norm(right)
+    upright = up if (up[0] < 0.0 if side else up[np.abs(up).argmax()] > 0.0) else -up
+    return right, upright
 
 
 def outlines(text: str, height_mm: float) -> list[Line]:

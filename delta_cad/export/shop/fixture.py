@@ -198,7 +198,7 @@ def write_fixture(d: Dimensions, folder: Path) -> Drawn:
     parts = fixture_parts(seats)
     for part in parts:
         held = _held(part, seats)
-        write_part_step(part, folder / f"{part.number}.step", held=held)
+        write_part_step(part, folder / f"{part.number}.step", held=held, revision=d.design.drawn_revision)
         grams = part.solid.Volume() * 1e-9 * part.material.density_kg_m3 * G_PER_KG
         titles = titles_of(d, part, _COUNTS[part.number], f"{grams:.0f}")
         drawn += write_part_drawing(part, held, titles, folder)

@@ -10,7 +10,7 @@ asked for; lengths and depths lie between planes. Datums and geometric tolerance
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import cadquery as cq
@@ -46,9 +46,10 @@ from delta_cad.export.drawings.part.faces import faces_of as read_faces
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.holes import HoleError
 from delta_cad.export.drawings.part.record import Zone
+from delta_cad.export.drawings.part.zones import is_wall
 from delta_cad.export.shop.annotation import Flags
 from delta_cad.solids.boring import faces_of
-from delta_cad.solids.part import Bore, Part
+from delta_cad.solids.part import Bore, Part, Slot
 
 GENERAL = {
     "general tolerances": NOTES[REQUIRED],
@@ -65,9 +66,11 @@ _NOT_PLAIN = re.compile(r"[^\x00-\x5b\x5d-\x7f]+")
 _GRADE_TOO_HIGH = 2  # by which the kernel's writer states the grade of a fit: IT7 as 9
 
 
-def notes(part: Part, general: str = REQUIRED) -> dict[str, str]:
-    """Gives the notes of a part: the general ones with their class, its material, and what its description says."""
-    return {**GENERAL, "general tolerances": NOTES[general], "material": part.material.name, "remark": part.description}
+def notes(part: Part, held: Controlled, general: str = REQUIRED) -> dict[str, str]:
+    """Gives the notes of a part: the general ones with their class, its material, its functional edges, its remark."""
+    edges = {f"edge {n}": edge.text for n, edge in enumerate(held.edges, start=1)}
+    own = {"general tolerances": NOTES[general], "material": part.material.name, **edges, "remark": part.description}
+    return GENERAL | own
 
 
 def toleranced(part: Part) -> list[Bore]:
@@ -104,6 +107,11 @@ def add_tolerances(document: TDocStd_Document, label: TDF_Label, part: Part, hel
         ends = [shapes(_planes(read, length.axis, at)) for at in (length.start_mm, length.end_mm)]
         if all(ends):
             writer.length(length, ends[0], ends[1])
+    for slot in (slot for hole in part.holes for slot in hole.slots):
+        walls = [face for face in read if is_wall(face, slot)]
+        ends = [[face for face in walls if face is walls[0]], [face for face in walls if face is not walls[0]]]
+        if all(ends):
+            writer.width(slot, shapes(ends[0]), shapes(ends[1]))
     datums = {datum.letter: shapes(datum.faces) for datum in found.datums}
     for zone in found.zones:
         writer.tolerance(zone, shapes(zone.faces), {letter: datums[letter] for letter in zone.datums})
@@ -142,20 +150,20 @@ def without_runouts(data: bytes) -> bytes:
     return data
 
 
-def add_notes(model: Any, part: Part, general: str = REQUIRED) -> None:
-    """Adds a part's notes to a transferred model as user defined attributes of its product."""
+def add_notes(model: Any, stated: Mapping[str, str]) -> None:
+    """Adds a part's `notes` to a transferred model as user defined attributes of its product."""
     entities = [model.Value(number) for number in range(1, model.NbEntities() + 1)]
     product = next(e for e in entities if isinstance(e, StepBasic_ProductDefinition))
     context = next(e for e in entities if isinstance(e, StepRepr_RepresentationContext))
     definition = StepRepr_CharacterizedDefinition()
     definition.SetValue(product)
-    for name, text in notes(part, general).items():
-        stated = StepRepr_PropertyDefinition()
-        stated.Init(step_text(name), True, step_text(""), definition)
+    for name, text in stated.items():
+        attribute = StepRepr_PropertyDefinition()
+        attribute.Init(step_text(name), True, step_text(""), definition)
         general = StepBasic_GeneralProperty()
         general.Init(step_text(""), step_text(name), True, step_text("user defined attribute"))
         association = StepBasic_GeneralPropertyAssociation()
-        association.Init(step_text("user defined attribute"), step_text(""), general, stated)
+        association.Init(step_text("user defined attribute"), step_text(""), general, attribute)
         item = StepRepr_DescriptiveRepresentationItem()
         item.Init(step_text(name), step_text(text))
         items = StepRepr_HArray1OfRepresentationItem(1, 1)
@@ -163,7 +171,7 @@ def add_notes(model: Any, part: Part, general: str = REQUIRED) -> None:
         shown = StepRepr_Representation()
         shown.Init(step_text(name), items, context)
         represented, holder = StepRepr_RepresentedDefinition(), StepRepr_PropertyDefinitionRepresentation()
-        represented.SetValue(stated)
+        represented.SetValue(attribute)
         holder.Init(represented, shown)
         for entity in (association, holder):
             model.AddWithRefs(entity)
@@ -209,6 +217,15 @@ class _Writer:
         _deviate(size, -length.tolerance_mm, length.tolerance_mm)
         self._add(size, f"{abs(length.end_mm - length.start_mm):.6g} ±{length.tolerance_mm:g}", {}, start, end)
 
+    def width(self, slot: Slot, first: list[cq.Face], second: list[cq.Face]) -> None:
+        """Adds the width of a slot for a pin: the distance of its long sides, with its fit."""
+        size = XCAFDimTolObjects.XCAFDimTolObjects_DimensionObject()
+        size.SetType(XCAFDimTolObjects.XCAFDimTolObjects_DimensionType_Location_LinearDistance)
+        size.SetValue(slot.width_mm)
+        _deviate(size, slot.deviations_um[0] / 1000.0, slot.deviations_um[1] / 1000.0)
+        text = f"{slot.width_mm:g} {slot.fit}{_deviations(slot.deviations_um)}"
+        self._add(size, text, {"fit": slot.fit}, first, second)
+
     def _size(self, name: str, value_mm: float, fit: str, *, is_hole: bool) -> Any:
         """A size with its fit."""
         size = XCAFDimTolObjects.XCAFDimTolObjects_DimensionObject()
@@ -225,8 +242,9 @@ class _Writer:
     ) -> None:
         label = self._tool.AddDimension()
         self._tool.SetDimension(self._labels(first), self._labels(second), label)
-        for name, text in remarks.items():
-            size.AddDescription(step_text(text), step_text(name))
+        for name, remark in remarks.items():
+            size.AddDescription(step_text(remark), step_text(name))
+        text = f"{text}, {remarks['surface']}" if "surface" in remarks else text
         self._present(size, text, first[0])
         XCAFDoc_Dimension.Set_s(label).SetObject(size)
 

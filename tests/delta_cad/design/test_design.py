@@ -110,6 +110,7 @@ def test_the_hash_sees_values_and_not_their_spelling() -> None:
         ("requirements.lean_max_deg", 28.0),
         ("hardware.knob", "din319-32"),
         ("provenance", {"seed": 1}),
+        ("revision", "B"),
     ):
         assert design_hash(design_from_dict(changed(path, value))) != design_hash(plain)
 
@@ -117,6 +118,16 @@ def test_the_hash_sees_values_and_not_their_spelling() -> None:
 def test_requirements_that_are_not_given_are_not_written() -> None:
     written = json.loads(design_to_json(design_from_dict(changed("requirements.kappa_max", None))))["requirements"]
     assert sorted(set(written) - set(minimal()["requirements"])) == ["clearance_min_mm", "gravity_m_s2"]
+
+
+def test_a_revision_is_a_where_none_is_given_and_leaves_the_hash() -> None:
+    plain, first = design_from_dict(minimal()), design_from_dict(changed("revision", None))
+    assert (plain.drawn_revision, first.drawn_revision) == ("A", "A")
+    assert design_hash(plain) == design_hash(first)
+    assert design_from_dict(changed("revision", "2.1-b")).drawn_revision == "2.1-b"
+    for bad in ("", "-A", "A B", "A\n", "ABCDEFGHI", 2):
+        with pytest.raises(DesignError, match=r"revision = .*must be 1 to 8 letters"):
+            design_from_dict(changed("revision", bad))
 
 
 def test_null_in_the_provenance_survives() -> None:

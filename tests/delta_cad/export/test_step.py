@@ -183,9 +183,13 @@ def test_materials_carry_density_in_grams_per_cubic_centimetre(
 @pytest.mark.parametrize(("schema", "words"), [("AP242", "AP242_MANAGED_MODEL_BASED"), ("AP214", "AUTOMOTIVE_DESIGN")])
 def test_schema_and_header(machine: Assembly, tmp_path: Path, schema: str, words: str) -> None:
     path = tmp_path / "a.step"
-    write_assembly_step(machine, path, schema)
-    header = path.read_text().split("DATA;")[0]
+    write_assembly_step(machine, path, schema, "B2")
+    header, data = path.read_text().split("DATA;")
     assert words in header
+    assert f"{machine.name}, revision B2" in header
+    versions = re.findall(r"= PRODUCT_DEFINITION_FORMATION\w*\('([^']*)'", data)
+    assert len(versions) > len(machine.parts)
+    assert set(versions) == {"B2"}
     for word in (machine.name, "2000-01-01T00:00:00", "delta-haptics"):
         assert f"'{word}'" in header
 

@@ -69,7 +69,7 @@ def _plate(found: Features, fitted: Sequence[_Fitted], slots: Sequence[Slot], he
         letters = "A" + (_datum(found, first.faces) if others else "")
     fixed = first.count > 1  # whether what counts from the letters cannot turn about the first
     for one in sorted(slots, key=lambda one: one.direction != first.record.direction):  # its own holds the turn
-        walls = tuple(face for face in found.faces if _is_wall(face, one))
+        walls = tuple(face for face in found.faces if is_wall(face, one))
         _add(found, "position", one.zone_mm, walls, letters, is_round=False)
         if not fixed:
             letters, fixed = letters + _datum(found, walls), True
@@ -122,7 +122,7 @@ def _exact(found: Features) -> set[str]:
     return exact
 
 
-def _is_wall(face: Face, slot: Slot) -> bool:
+def is_wall(face: Face, slot: Slot) -> bool:
     """Whether a plane is a long side of a slot."""
     across = cross(np.array(slot.direction), np.array(slot.along))
     apart = face.middle - np.array(slot.start_mm)

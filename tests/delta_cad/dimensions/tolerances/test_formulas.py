@@ -47,7 +47,12 @@ SHOULDER: list[Line] = [
 # of both and the first one's own shift, the worst way, less that shift, which counts above. Upright it adds nothing.
 LEVER = 79.7 / 33.0
 TURNED: Line = ("turned by its dowels' places", 2 * PLACE * (sqrt(1.0 + LEVER**2) + LEVER) - 2 * PLACE, 1.0)
-WRIST: list[Line] = [("place of a bar's bore", PLACE, 1.0), ("in its bond", BAR, 1.0)]
+BALL: list[Line] = [
+    ("in its bond", BAR, 1.0),
+    ("studs off its middle", 0.05 / 2.0, 1.0),
+    ("on its stud, in its bond", 0.025 + (0.010 + 0.020) / 2.0, 1.0),  # a layer of 0.025, 2.5 h7, 20 um of erosion
+]
+WRIST: list[Line] = [("place of a bar's bore", PLACE, 1.0), *BALL]
 AXES: list[Line] = [
     ("pilot from the bearing's seat", PLACE, 1.0),
     ("pilot in its cheek", PILOT, 1.0),
@@ -55,19 +60,23 @@ AXES: list[Line] = [
     ("in its bearing", SHAFT, 1.0),
     ("on its shaft", (0.020 + 0.009) / 2.0, 1.0),  # 8 G7 (5 to 20 um), 8 h6
     ("on the motor's shaft", (0.012 + 0.008) / 2.0, 1.0),  # 5 H7, 5 h6
+    ("groove off its bore", 0.05 / 2.0, 1.0),
 ]
-ROD: list[Line] = [("bonded in a jig", 0.02, 1.0), ("both seats", 2 * 0.0025, 1.0)]
+# Two cones of the jig in zones of 0.05; seats of 6.015 +-0.005 on balls of 6
+ROD: list[Line] = [("places of its cones", 2 * PLACE, 1.0), ("both seats on the jig's balls", 0.02, 1.0)]
 TWIST = 180.0 / pi / 54.0  # deg per mm at rods 54 mm apart
-# Both cheeks' mandrels, 8 um thinner, in seats of H7 and H6, 30 mm apart; dowels 33 mm apart, 79.7 mm below
+# Both cheeks' mandrels, 11 um thinner, in seats of H7 and H6, 30 mm apart; dowels 33 mm apart, 79.7 mm below
 TILT: list[Line] = [
-    ("mandrel in its seat", (0.018 + 0.008) / 2.0, ARCMIN / 30.0),
-    ("mandrel in its seat", (0.011 + 0.008) / 2.0, ARCMIN / 30.0),
+    ("mandrel in its seat", (0.018 + 0.011) / 2.0, ARCMIN / 30.0),
+    ("mandrel in its seat", (0.011 + 0.011) / 2.0, ARCMIN / 30.0),
     ("dowels lift it", DOWEL, ARCMIN / 30.0),
     ("dowels turn it", DOWEL, ARCMIN / 30.0 * 2.0 * 79.7 / 33.0),
     ("dowels lift it", DOWEL, ARCMIN / 30.0),
     ("dowels turn it", DOWEL, ARCMIN / 30.0 * 2.0 * 79.7 / 33.0),
 ]
-TILTED = (SEAT + SEAT_H6 + 2.0 * DOWEL * (1.0 + 2.0 * 79.7 / 33.0)) / 30.0  # rad, all of it at its worst
+TILTED = (
+    (0.018 + 0.011 + 2 * 0.011) / 2.0 + 2.0 * DOWEL * (1.0 + 2.0 * 79.7 / 33.0)
+) / 30.0  # rad, all of it at its worst
 
 # Crossed tangents of radii r and p, C apart: S = sqrt(C^2 - (r + p)^2) each, at acos((r + p) / C) from the line of
 # centres; the cable is h (2 S + r turn + p (6 pi - 2 acos)) long, h the length of its climb.
@@ -76,9 +85,10 @@ S = sqrt(C**2 - (R + P) ** 2)
 CLIMB = 0.7 / (2.0 * pi * P)
 H = hypot(1.0, CLIMB)
 WAY = 2.0 * S + R * TURN + P * (6.0 * pi - 2.0 * acos((R + P) / C))
-BY_SECTOR = H * (TURN - 2.0 * (R + P) / S + 2.0 * P / S)
-BY_PINION = H * (6.0 * pi - 2.0 * acos((R + P) / C) - 2.0 * (R + P) / S + 2.0 * P / S) - CLIMB**2 / P / H * WAY
-APART = H * (2.0 * C / S - 2.0 * P * (R + P) / (C * S))
+# The rim's ends stay on the sector: with t = acos((R + P) / C), d(2 S - 2 (R + P) t) = -2 t d(R + P) + 2 S / C dC
+BY_SECTOR = H * TURN
+BY_PINION = H * (6.0 * pi - 2.0 * acos((R + P) / C)) - CLIMB**2 / P / H * WAY
+APART = H * 2.0 * S / C
 
 HOLE = 2.5 / 2.0 + 0.025  # of a ball: pin and bond
 SLOPE = HOLE / sqrt(3.0**2 - HOLE**2)
@@ -147,6 +157,12 @@ CHAINS: dict[str, tuple[float, float, list[Line]]] = {  # name -> nominal, upper
         3.0,
         [(f"{what}, rod {k}", by, sign * TWIST) for k, sign in ((1, 1.0), (2, -1.0)) for what, by, _ in ROD],
     ),
+    "cup's turn in the jig": (
+        DEG * 0.1 / 4.7075,
+        3.0,
+        # a lip 0.1 over its pad, 4.7075 from the rod's axis; a seat wider by twice that lets its ball as far down
+        [("depth of its seats", 0.05, DEG / 4.7075), ("radius of its cones' mouths", 0.05 / 2.0, DEG / 4.7075)],
+    ),
     "encoder's zero on its stop": (
         0.0,
         2.0,
@@ -188,7 +204,7 @@ CHAINS: dict[str, tuple[float, float, list[Line]]] = {  # name -> nominal, upper
         [
             ("bar's bore from the shaft's", PLACE, 1.0),
             ("on its shaft", (0.015 + 0.009) / 2.0, 1.0),  # 8 H7, 8 h6
-            ("in its bond", BAR, 1.0),
+            *BALL,
         ],
     ),
     "forearm": (143.196, inf, ROD),
@@ -256,7 +272,7 @@ def test_a_chain_by_hand(chains: dict[str, Chain], name: str) -> None:
 def test_the_largest_deviation_is_that_of_the_base_radius(
     best_dimensions: Dimensions, chains: dict[str, Chain]
 ) -> None:
-    assert deviation_mm(chains["upper arm"]) == pytest.approx(PLACE + 0.012 + BAR)
+    assert deviation_mm(chains["upper arm"]) == pytest.approx(PLACE + 0.012 + sum(by for _, by, _ in BALL))
     assert deviation_mm(chains["shoulder along its axis"]) == pytest.approx(2 * PLACE + DOWEL + 0.01 + 2 * 0.02 + 0.12)
     by_turn = 2 * PLACE * (sqrt(1.0 + LEVER**2) + LEVER - 1.0)
     assert largest_deviation_mm(best_dimensions, "m") == pytest.approx(3 * PLACE + 2 * DOWEL + SEAT + SHAFT + by_turn)

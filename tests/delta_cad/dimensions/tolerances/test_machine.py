@@ -87,7 +87,9 @@ def test_the_carriage_of_capstans_put_together_anew(best_dimensions: Dimensions)
     assert c is not None
     chain, run = chain_of(d, "carriage's travel"), c.run
     off = drawn_at_random(chain, 4)
-    moved = [v for (_, what), v in off.items() if "from" in what or what.startswith(("pilot", "in its", "on "))]
+    moved = [
+        v for (_, what), v in off.items() if "from" in what or what.startswith(("pilot", "in its", "on ", "groove"))
+    ]
     apart = run.centre_distance_mm + np.sum(moved, axis=0)
     rim = run.sector_mm + off["sector", "radius of its rim"]
     pin = run.pinion_mm + off["pinion", "diameter of its groove"] / 2
@@ -95,7 +97,7 @@ def test_the_carriage_of_capstans_put_together_anew(best_dimensions: Dimensions)
     def way(rim: np.ndarray, pin: np.ndarray, apart: np.ndarray, nose: np.ndarray) -> np.ndarray:
         off_line = np.arccos((rim + pin) / apart)
         flat = 2 * np.sqrt(apart**2 - (rim + pin) ** 2)
-        turned = run.stroke_rad + 2 * run.beyond_rad  # from end to end, both tangent points left out
+        turned = run.stroke_rad + 2 * (run.beyond_rad + run.tangent_rad - off_line)  # between ends that stay on it
         flat = flat + rim * turned + pin * (tau * run.turns - 2 * off_line)
         return flat * hypot(1.0, run.climb) + nose * c.turns_rad[0]
 
@@ -162,6 +164,7 @@ BREAKING: dict[str, Callable[[Dimensions], Dimensions]] = {
     "carriage's travel": lambda d: _capstan(d, turns=20),
     "cheek off the plate": lambda d: replace(d, bracket=replace(d.bracket, cheek_dowel_u_mm=(48.0, 52.0))),
     "platform's twist": lambda d: replace(d, forearm=replace(d.forearm, width_mm=0.5)),
+    "cup's turn in the jig": lambda d: replace(d, forearm=replace(d.forearm, cup_radius_mm=3.0)),
     "encoder's zero on its stop": lambda d: replace(d, arm=replace(d.arm, dowel_circle_mm=10.0)),
     "encoder's zero": lambda d: replace(d, design=_of_small_arms(d.design)),
 }
@@ -208,7 +211,7 @@ def test_the_record_tells_every_link_and_is_json(best_dimensions: Dimensions) ->
 def test_a_direct_drive_has_no_cable(best_dimensions: Dimensions) -> None:
     direct = replace(best_dimensions, capstan=None, preload=None)
     assert [c.name for c in machine_chains(direct)] == [
-        "encoder's air gap", "encoder's centring", "cheek off the plate", "platform's twist",
+        "encoder's air gap", "encoder's centring", "cheek off the plate", "platform's twist", "cup's turn in the jig",
         "encoder's zero on its stop", "encoder's zero",
     ]  # fmt: skip
     assert all(chain.links for chain in length_chains(direct, "m"))

@@ -66,6 +66,54 @@ def test_every_tolerance_and_datum_is_shown_once(file: Path) -> None:
     assert "('white')" not in file.read_text()
 
 
+@pytest.mark.parametrize(
+    ("up", "right", "letters"),
+    [
+        ((0, 0, 1), (1, 0, 0), (0, 0, 1)),
+        ((0, 0, -1), (1, 0, 0), (0, 0, 1)),
+        ((0, 1, 0), (1, 0, 0), (0, 1, 0)),
+        ((0, -1, 0), (1, 0, 0), (0, 1, 0)),
+        ((1, 0, 0), (0, 1, 0), (-1, 0, 0)),
+        ((-1, 0, 0), (0, 1, 0), (-1, 0, 0)),
+    ],
+)
+def test_no_text_is_upside_down_or_mirrored(
+    up: tuple[float, ...], right: tuple[float, ...], letters: tuple[float, ...]
+) -> None:
+    """An L over each side of a cube: its stem and its foot lie as they are written, seen along the stated normal."""
+    cube = cq.Workplane().box(20, 20, 20).val()
+    assert isinstance(cube, cq.Solid)
+    face = max(cube.Faces(), key=lambda one: float(np.dot(one.Center().toTuple(), up)))
+    flag = Flags(cube).flag("L", face)
+    assert flag.right == pytest.approx(right)
+    assert flag.normal == pytest.approx(np.cross(right, letters))
+    lines = cq.Shape.cast(flag.shape).Edges()[1:]  # without the leader
+    points = np.array([p.toTuple() for line in lines for p in line.positions(np.linspace(0.0, 1.0, 200))]) - flag.at_mm
+    along, over = points @ right, points @ letters
+    assert min(along.min(), over.min()) > -1e-6
+    high = over > 0.8 * over.max()
+    assert along[high].max() < 0.5 * along.max()  # nothing right above an L's foot
+
+
+def test_a_size_is_shown_with_its_fit_and_surface(file: Path) -> None:
+    """Not the surface alone: what is shown begins with the size."""
+    from OCP.TDF import TDF_LabelSequence
+    from OCP.XCAFDoc import XCAFDoc_Dimension
+
+    document, tool = read(file)
+    assert document is not None
+    sizes = TDF_LabelSequence()
+    tool.GetDimensionLabels(sizes)
+    names = []
+    for k in range(1, sizes.Length() + 1):
+        name = XCAFDoc_Dimension.Set_s(sizes.Value(k)).GetObject().GetPresentationName()
+        names.append("" if name is None else name.ToCString())
+    assert names
+    assert not [name for name in names if name.startswith("Ra ")]
+    if file.stem == "motor_cheek":
+        assert sum("16 H7" in name and name.endswith("Ra 1.6") for name in names) == 1
+
+
 def test_the_kernel_reads_lines_outside_the_part(file: Path) -> None:
     box, shown = cq.importers.importStep(str(file)).val().BoundingBox(), shown_in(file)
     assert shown

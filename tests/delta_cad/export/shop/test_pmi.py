@@ -41,6 +41,7 @@ DRAWN: dict[str, tuple[dict[tuple[str, str, str], int], int, int, int, int, str]
     "cup_shell": ({}, 0, 0, 0, 0, ""),
     "handle_stem": ({}, 2, 0, 0, 0, ""),
 }
+EDGES_OF = {"upper_arm": 1, "sector": 1, "pinion": 1, "cross_bar": 1}  # functional edges, by hand from the drawings
 TWICE = {"pinion": 1, "cross_bar": 1, "handle_stem": 0}  # which of its rounds a part has at either end
 
 
@@ -86,12 +87,15 @@ def test_the_text_says_what_the_drawing_asks(
     rounds = [one for one in made if number != "sector"]
     lengths = [length.tolerance_mm for length in (*required.lengths, *required.depths)]
     assert len(of_kind(found, "DIMENSIONAL_SIZE")) == len(toleranced(part)) + len(made)
-    assert len(of_kind(found, "DIMENSIONAL_LOCATION")) == len(lengths)
+    slots = [slot for hole in part.holes for slot in hole.slots]
+    assert len(slots) == {"foot_block": 2}.get(number, 0)
+    assert len(of_kind(found, "DIMENSIONAL_LOCATION")) == len(lengths) + len(slots)
     limits = of_kind(found, "TOLERANCE_VALUE")
     expected = [um / 1000 for bore in toleranced(part) for um in bore.deviations_um or ()]
     expected += [mm for one in rounds for mm in one.deviations_mm or ()] + [
         sign * t for t in lengths for sign in (-1, 1)
     ]
+    expected += [limit for _ in slots for limit in (0.0, 0.010)]  # 3 H7
     expected += [-0.05, 0.05] if number == "sector" else []  # of its rim's radius
     assert sorted(measures(found, limits)) == pytest.approx(sorted(expected), abs=1e-12)
     counts = [len(of_kind(found, f"{kind}_TOLERANCE")) for kind in ("POSITION", "PERPENDICULARITY", "COAXIALITY")]
@@ -107,6 +111,26 @@ def test_the_text_says_what_the_drawing_asks(
     assert {key: notes[key] for key in GENERAL} == GENERAL
     assert notes["material"] == part.material.name
     assert notes["remark"] == part.description
+    edges = {key: text for key, text in notes.items() if key.startswith("edge ")}
+    assert len(edges) == EDGES_OF.get(number, 0)
+    assert set(edges.values()) == {edge.text for edge in required.edges}
+
+
+def test_a_slots_width_lies_between_its_long_sides(files: dict[str, Path]) -> None:
+    """The width is that of the pin, 3 mm, with the deviations of H7 up to 3 mm, read back by the kernel."""
+    from OCP.TDF import TDF_LabelSequence
+    from OCP.XCAFDoc import XCAFDoc_Dimension
+
+    document, tool = read(files["foot_block"])
+    assert document is not None
+    sizes = TDF_LabelSequence()
+    tool.GetDimensionLabels(sizes)
+    read_back = [XCAFDoc_Dimension.Set_s(sizes.Value(k)).GetObject() for k in range(1, sizes.Length() + 1)]
+    widths = [one for one in read_back if one.GetType().name.endswith("Location_LinearDistance")]
+    widths = [one for one in widths if abs(one.GetValue() - 3.0) < 1e-9]
+    assert len(widths) == 2
+    for one in widths:
+        assert (one.GetUpperTolValue(), abs(one.GetLowerTolValue())) == pytest.approx((0.010, 0.0))
 
 
 def test_drawing_and_step_leave_inner_edges_no_rounder_than_any_bearing_s_corner() -> None:
