@@ -44,14 +44,15 @@ from delta_cad.assembly.sequence import assembly_sequence
 from delta_cad.assembly.supplies import supplies
 from delta_cad.dimensions import Dimensions, link_placement
 from delta_cad.dimensions.bracket import board_screw
-from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, LINER_GLUE_MM, RING_MM, TUBE_GLUE_MM
+from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, EYE_GLUE_MM, LINER_GLUE_MM, TUBE_GLUE_MM
 from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM, POCKET_MM
 from delta_cad.dimensions.layers import STUB_DEPTH_MM, motor_screw_mm
 from delta_cad.mechanism.placement import CHAINS, SIDES
-from delta_cad.solids import bought_parts, brackets, forearm, platform
+from delta_cad.solids import brackets, forearm, platform
 from delta_cad.solids.base_plate import make_base_plate
 from delta_cad.solids.bought_parts import (
     loop_overlap_mm3,
+    make_board_spacer,
     make_encoder_board,
     make_encoder_magnet,
     make_foot,
@@ -171,13 +172,12 @@ def _board(builder: AssemblyBuilder, i: int) -> None:
     frame = shoulder @ at(0.0, front, 0.0) @ UPRIGHT
     builder.put(board, builder.made(make_encoder_board), "base", frame, path=IN, frame=block)
     size = board_screw(d.encoder)
-    row = catalogue.screw(size)
-    gap, clear = layers.encoder_head_mm[0] - front, row.clearance_hole_mm
-    spacer = builder.once("board_spacer", lambda: bought_parts.make_spacer(clear, gap))
+    row, gap = catalogue.screw(size), layers.encoder_head_mm[0] - front
+    (wide, clear), spacer = d.board_spacer_mm, builder.made(make_board_spacer)
     thread, drilled = brackets.board_thread_mm(d)
     into = thread if drilled else thread - 2.0
     screw = builder.screw(size, longest(size, front - back + gap + into))
-    face, core = ring(clear + 2.0, clear), row.tap_drill_mm
+    face, core = ring(wide, clear), row.tap_drill_mm
     for k, (x, height) in enumerate(d.board_screws_mm):
         own, e = f"board_spacer_{i}_{k}", d.encoder
         on = seated(board, face, "spacer under the board"), seated(f"encoder_cheek_{i}", face, "spacer on the cheek")
@@ -249,7 +249,7 @@ def _rods(builder: AssemblyBuilder, i: int) -> None:
         # the poles of both cups lie outwards, towards +y of the rod on that side
         _rod_end(builder, i, j, "elbow", np.eye(4) if j else _ABOUT_X)
         held = [seated(cup, ring(f.tube_outer_mm, f.tube_bore_mm), "tube on the cup's shoulder") for cup in cups]
-        held += [bonded(eye, 0.9 * RING_MM[1], "spring's eye bonded on the tube", forearm.RING_GLUE_MM) for eye in eyes]
+        held += [bonded(eye, 0.9 * f.eye_mm, "spring's eye bonded on the tube", EYE_GLUE_MM) for eye in eyes]
         builder.put(tube, builder.made(forearm.make_rod_tube), link, at(f.shoulder_mm), *held, path=_TO_THE_ELBOW)
         _rod_end(builder, i, j, "wrist", at(f.length_mm) @ (_ABOUT_Y if j else HALF_TURN))
         for eye, x, frame in zip(eyes, f.eyes_x_mm, _EYE_FRAMES[j], strict=True):

@@ -19,6 +19,7 @@ from delta_cad.catalogue.families.encoder import Encoder, encoder
 from delta_cad.catalogue.families.fasteners.adhesive import Adhesive, adhesive
 from delta_cad.catalogue.families.fasteners.dowel import Dowel, dowel
 from delta_cad.catalogue.families.fasteners.screws import Screw, SetScrew, low_screw, screw, set_screw
+from delta_cad.catalogue.families.fasteners.spacer import Spacer, spacer, stock_spacer
 from delta_cad.catalogue.families.foot import Foot, foot
 from delta_cad.catalogue.families.knob import Knob, knob
 from delta_cad.catalogue.families.magnet import Magnet, magnet

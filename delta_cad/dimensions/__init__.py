@@ -27,6 +27,7 @@ from delta_cad.dimensions.bracket import (
     STOP_PIN_MM,
     BracketDimensions,
     Circle,
+    board_screw,
     bracket_dimensions,
     key_rad,
     require_room_for_board,
@@ -49,7 +50,14 @@ from delta_cad.dimensions.direction import (
     sleeve_direction_rad,
 )
 from delta_cad.dimensions.forearm import BAR_GLUE_MM, CROSS_BAR_MM, ForearmDimensions, forearm_dimensions
-from delta_cad.dimensions.layers import SET_SCREWS_RAD, Layers, layers, set_screws_rad
+from delta_cad.dimensions.layers import (
+    BOARD_SPACER_WALLS_MM,
+    BOARD_STAND_OFF_MM,
+    SET_SCREWS_RAD,
+    Layers,
+    layers,
+    set_screws_rad,
+)
 from delta_cad.dimensions.leads import (
     LeadDimensions,
     SensorLeadDimensions,
@@ -163,6 +171,21 @@ class Dimensions:
         """(x, z) of the encoder board's screws in the shoulder's frame, the board upright, its plug down; or none."""
         half_x, half_z = self.encoder.hole_spacing_width_mm / 2, self.encoder.hole_spacing_length_mm / 2
         return [(sx * half_x, sz * half_z) for sx in (-1, 1) for sz in (-1, 1) if self.sensed_at_shoulder]
+
+    @property
+    def board_spacer(self) -> catalogue.Spacer | None:
+        """The catalogue's spacer under the encoder's board; None: one has to be turned."""
+        screw = catalogue.screw(board_screw(self.encoder))
+        wide = screw.clearance_hole_mm + 1.5, screw.clearance_hole_mm + BOARD_SPACER_WALLS_MM
+        return catalogue.stock_spacer(screw.id, BOARD_STAND_OFF_MM, wide)
+
+    @property
+    def board_spacer_mm(self) -> tuple[float, float]:
+        """Outside diameter and bore of the spacer under the encoder's board."""
+        if (row := self.board_spacer) is not None:
+            return row.outer_mm, row.inner_mm
+        bore = catalogue.screw(board_screw(self.encoder)).clearance_hole_mm
+        return bore + BOARD_SPACER_WALLS_MM, bore
 
     @property
     def encoder_head_circles_mm(self) -> list[Circle]:

@@ -21,6 +21,7 @@ _BEAM_LEAST_MM = 30.0  # of arm between its ends
 _END_SCREWS = ("M4", "M3", "M2.5")  # in the shaft's end, the largest that its wall allows
 _END_WALL_MM = 1.5
 _END_THREAD_DIAMETERS = 2.0
+WASHER_MATERIAL = "stainless-1.4305"
 WASHER_MM = 3.0  # it bears on a narrow ring: strength goes with the square
 _SPANNERS_MM = (13.0, 10.0, 8.0, 7.0, 5.5)
 _FLATS_DEEP_MM = 0.5  # of the flats on a shaft's head, either side, at least
@@ -56,7 +57,7 @@ class ShaftDimensions:
     """Carrier of the magnet: a through shaft in both bearings (capstan) or a stub in the arm's bore (direct).
 
     A capstan's shaft has a head against the encoder's bearing, with flats for a spanner where the magnet leaves them
-    room, and a screw with a washer against the motor's.
+    room, and a screw with a washer against the motor's: a spacer of the catalogue, or turned where `washer` is None.
     """
 
     diameter_mm: float
@@ -67,6 +68,7 @@ class ShaftDimensions:
     magnet_depth_mm: float
     end_screw: str
     end_thread_mm: float
+    washer: catalogue.Spacer | None
     washer_diameter_mm: float
     flats_mm: float
 
@@ -154,6 +156,7 @@ def shaft_dimensions(
             magnet_depth_mm=magnet.thickness_mm,
             end_screw="",
             end_thread_mm=0.0,
+            washer=None,
             washer_diameter_mm=0.0,
             flats_mm=0.0,
         )
@@ -177,6 +180,8 @@ def shaft_dimensions(
     )
     sizes = sizes or [_END_SCREWS[-1]]
     wide = max(head, collar)
+    on_ring = bearing.shaft_shoulder_min_mm, bearing.inner_ring_outer_mm
+    washer = catalogue.stock_spacer(sizes[0], WASHER_MM, on_ring, WASHER_MATERIAL)
     flats = [mm for mm in _SPANNERS_MM if head <= mm <= wide - 2 * _FLATS_DEEP_MM]
     return ShaftDimensions(
         diameter_mm=shaft_mm,
@@ -187,6 +192,7 @@ def shaft_dimensions(
         magnet_depth_mm=magnet.thickness_mm,
         end_screw=sizes[0],
         end_thread_mm=_END_THREAD_DIAMETERS * catalogue.screw(sizes[0]).diameter_mm,
-        washer_diameter_mm=collar,
+        washer=washer,
+        washer_diameter_mm=collar if washer is None else washer.outer_mm,
         flats_mm=flats[0] if flats else 0.0,
     )

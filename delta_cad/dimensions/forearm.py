@@ -43,10 +43,11 @@ _NECK_MM = 2.5  # of a rod's end between its stem and the tube: the springs bend
 BAR_BEYOND_MM = 1.0  # of a cross-bar from the boss that holds it, at least: its cones are not bonded
 _STUD_SHOULDER_MM = 0.8  # step from the neck to the bar's cone, radial
 _EYE_Z_MM = 5.5  # and aside of it: the spring's loop passes the ring on the tube
-EYE_WALL_MM = 0.6
+EYE_WALL_MM = 1.4  # around its hole: a laser leaves 0.7 of the sheet at least
 EYE_PLAY_MM = 0.9  # beside the spring's wire: a cord of 0.5 mm, and room
-LUG_MM = 2.0  # thickness of an eye's lug: the spring's loop goes around it
-RING_MM = (7.4, 4.0)  # diameter and length of the ring on the tube
+EYE_GLUE_MM = 0.09  # radial, eye on its tube: a laser cuts the bore within 0.15 either way, no narrower than the tube
+_EYE_RING_MM = 1.4  # around that bore, likewise
+_EYE_SHEETS_MM = (2.0, 2.5, 3.0, 4.0)  # in stock, of which eyes are cut: the spring's loop goes around them
 BOND_N_MM2 = 2.0  # even shear for ever, epoxy on sanded aluminium: a tenth of what it bears at once
 _BOND_SAFETY = 5.0
 _ROD_FORCE = 6.1  # N in a rod per N at the handle, in the worst pose and direction of the worst design looked at
@@ -78,6 +79,7 @@ class ForearmDimensions:
         eye_y_mm: From the rod's axis inwards to the insides of the springs' loops.
         eye_hole_y_mm: From the rod's axis inwards to the middle of an eye's hole, on whose edges the loop bears.
         eye_z_mm: From the rod's axis aside: of the first away from the arm (-z), of the second towards it (+z).
+        eye_mm: Thickness of an eye: a ring on the tube with a lug, cut from sheet.
         eye_room_mm: Least distance of the eyes' lugs from the arm that folds beside them, the rods not turned.
         shoulder_mm: Along the rod, from the ball's centre to the tube.
         room_mm: Between a rod and the bar it hangs on, at the largest tilt.
@@ -106,6 +108,7 @@ class ForearmDimensions:
     eye_hole_y_mm: float
     eye_z_mm: float
     eye_diameter_mm: float
+    eye_mm: float
     eye_room_mm: float
     shoulder_mm: float
     spigot_diameter_mm: float
@@ -120,6 +123,16 @@ class ForearmDimensions:
     ball: catalogue.Ball
     spring: catalogue.TensionSpring
     joint: JointDimensions
+
+    @property
+    def eye_bore_mm(self) -> float:
+        """Bore of an eye around its tube."""
+        return self.tube_outer_mm + 2 * EYE_GLUE_MM
+
+    @property
+    def eye_ring_mm(self) -> float:
+        """Diameter of an eye's ring."""
+        return self.eye_bore_mm + 2 * _EYE_RING_MM
 
     @property
     def between_eyes_mm(self) -> float:
@@ -212,6 +225,15 @@ def _tilted_mm(moment_N_mm: float, spigot_mm: float) -> float:
     return sqrt(6.0 * moment_N_mm / (spigot_mm * across))
 
 
+def _eye_mm(force_N: float, tube_mm: float) -> float:
+    """Chooses the sheet of which a spring's eyes are cut: the thinnest whose bond holds the spring's largest force.
+
+    The force turns the ring about the tube at the lug's lever `z`: `F z / (pi d^2 w / 2)` of shear for ever.
+    """
+    needed = 2.0 * force_N * _EYE_Z_MM / (pi * tube_mm**2 * BOND_N_MM2)
+    return next((sheet for sheet in _EYE_SHEETS_MM if sheet >= needed), _EYE_SHEETS_MM[-1])
+
+
 def _ball(diameter_mm: float) -> catalogue.Ball:
     """The finest ball of a diameter in the catalogue."""
     rows = [row for row in catalogue.ball.rows.values() if isinstance(row, catalogue.Ball)]
@@ -289,7 +311,8 @@ def forearm_dimensions(
     shoulder = stem + _NECK_MM
     sway = spring_sway(width_mm, EYE_MM, _EYE_Z_MM, tilt)  # of a spring whose rods lean, and turn about themselves
     adjacent = coil / 2 + room + sway.across_mm + sway.turn_rad * boss_width_mm / 2
-    end = max(shoulder + RING_MM[1], max(bar_mm / 2 + BAR_WALL_MM, wrist_boss_mm / 2) + adjacent + _EYE_Z_MM)
+    sheet = _eye_mm(spring.force_max_N, tube.outer_mm)
+    end = max(shoulder + sheet, max(bar_mm / 2 + BAR_WALL_MM, wrist_boss_mm / 2) + adjacent + _EYE_Z_MM)
     first, second = eyes_mm(arm, fold_rad, lean, adjacent, length_mm, end)
     require(
         length_mm - second >= end - 1e-9,
@@ -343,9 +366,10 @@ def forearm_dimensions(
         stem_mm=stem,
         eyes_x_mm=(first, second),
         eye_y_mm=EYE_MM,
-        eye_hole_y_mm=EYE_MM + loop - sqrt(loop**2 - (LUG_MM / 2) ** 2) - eye / 2,
+        eye_hole_y_mm=EYE_MM + loop - sqrt(loop**2 - (sheet / 2) ** 2) - eye / 2,
         eye_z_mm=_EYE_Z_MM,
         eye_diameter_mm=eye,
+        eye_mm=sheet,
         eye_room_mm=_eye_room_mm(arm, fold_rad, lean, min(first, second), _EYE_Z_MM + eye / 2 + EYE_WALL_MM),
         shoulder_mm=shoulder,
         spigot_diameter_mm=spigot,

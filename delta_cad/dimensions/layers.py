@@ -32,6 +32,7 @@ MOTOR_PLAY_MM = 0.25  # radius by which a motor's pocket is wider than the motor
 _PILOT_OFF_MM = 0.5  # from the pinion's end to the motor's pilot
 _MOTOR_THREAD_DIAMETERS = 1.3  # usable thread behind a motor's face, in thread diameters; check the datasheet
 BOARD_STAND_OFF_MM = 5.0  # stock length of the spacers under the encoder board
+BOARD_SPACER_WALLS_MM = 2.2  # of these, both together, at most: beside them lie the board's traces
 _RECESS_MM = 0.5  # of the encoder's bearing in its cheek, at least: the sector's dowels turn before it
 _BLOCK_MM = 10.0  # of a foot block, least: a dowel's diameter from either side, and a wall of 4 mm between them
 SPAN_MM = 30.0  # of the shoulder's bearings: below, it is the softest of what holds an arm sideways

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import cos, hypot, pi, sin
-from typing import cast
+from typing import Literal, cast
 
 import cadquery as cq
 import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.forearm import BALL_GLUE_MM, EYE_WALL_MM, LUG_MM, ForearmDimensions
+from delta_cad.dimensions.forearm import BALL_GLUE_MM, EYE_WALL_MM, ForearmDimensions
 from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.dimensions.tolerances import EROSION_UM, preload_range_N, spring_height_mm
 from delta_cad.mechanism.geometry import SIN_60
@@ -87,6 +87,24 @@ def make_spacer(
     description = f"spacer {outer:g}/{bore_mm:g} x {length_mm:g} {where}"
     extent = round_z(outer / 2, (0.0, length_mm))
     return made_part(number, description, solid, material(substance), extent, boring.holes)
+
+
+def make_board_spacer(d: Dimensions) -> Part:
+    """Spacer under the encoder's board, along z from 0."""
+    length = d.layers.encoder_head_mm[0] - d.layers.encoder_board_mm[1]
+    if (row := d.board_spacer) is not None:
+        return make_stock_spacer("board_spacer", row, length)
+    return make_spacer(d.board_spacer_mm[1], length)
+
+
+def make_stock_spacer(number: str, row: catalogue.Spacer, length_mm: float, along: Literal["y", "z"] = "z") -> Part:
+    """Spacer of the catalogue along an axis, from 0 to its length."""
+    _require_stock(f"spacer {row.id}", length_mm, row.lengths_mm)
+    tube, reach = (bore_y, round_y) if along == "y" else (bore_z, round_z)
+    sleeve, out = (0.0, length_mm), (-THROUGH_MM, length_mm + THROUGH_MM)
+    solid = cut(tube(row.outer_mm, (0.0, 0.0), sleeve), [tube(row.inner_mm, (0.0, 0.0), out)])
+    extent, holes = reach(row.outer_mm / 2, sleeve), (Hole(row.inner_mm, 1, "bore"),)
+    return bought_part(number, row, solid, row.material, extent, size=f" x {length_mm:g}", holes=holes)
 
 
 PRELOAD_PLAY_MM = 0.3  # of diameter, by which a wave spring is smaller than its bore
@@ -277,7 +295,7 @@ def loop_overlap_mm3(f: ForearmDimensions, lean_rad: float) -> float:
     v = radius * np.sin(turn)
     x, y = (across * u + along * v) / apart, (along * u - across * v) / apart + f.eye_hole_y_mm - f.eye_y_mm
     off = np.hypot(y, out * np.sin(around))
-    shared = (np.abs(x) < LUG_MM / 2) & (np.abs(y) < hole + EYE_WALL_MM) & (off > hole)
+    shared = (np.abs(x) < f.eye_mm / 2) & (np.abs(y) < hole + EYE_WALL_MM) & (off > hole)
     return float((radius * out)[shared].sum()) * 2 * pi**2 * wire / turn.size
 
 

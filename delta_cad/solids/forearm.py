@@ -13,14 +13,11 @@ from delta_cad.dimensions.forearm import (
     EYE_WALL_MM,
     GUSSET,
     LINER_GLUE_MM,
-    LUG_MM,
-    RING_MM,
     TUBE_GLUE_MM,
     ForearmDimensions,
 )
 from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM, CUP_MATERIAL, POCKET_MM
-from delta_cad.dimensions.tolerances import EYE_WIDER_UM
-from delta_cad.solids.boring import Boring, along_y, between, within
+from delta_cad.solids.boring import Boring, along_y, between
 from delta_cad.solids.making import BLUE, made_part, material, ordered, round_y
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import (
@@ -35,8 +32,6 @@ from delta_cad.solids.primitive import (
     hull_along_z,
     turned,
 )
-
-RING_GLUE_MM, _RING_WALL_MM = 0.05, 1.1  # radial
 
 
 def make_cross_bar(d: Dimensions) -> Part:
@@ -86,7 +81,7 @@ def make_rod_cup(d: Dimensions) -> Part:
     solid = feature(number, "seat", "hardware.ball_diameter_mm", lambda: cut(shape, [seat]))
     description = (
         f"rod's end, cup milled round {bore:.3f} for its shell; "
-        f"spigot {f.spigot_diameter_mm:g} anodised and sanded, bonded with {TUBE_GLUE_MM:g} around it"
+        f"spigot {f.spigot_diameter_mm:g} hard anodised and sanded, bonded with {TUBE_GLUE_MM:g} around it"
     )
     wide = sqrt(outer**2 - lip**2)
     extent = (-wide, end), (-rod, outer), (-wide, wide)
@@ -121,26 +116,29 @@ def _bowl(radius: float, lip: float) -> cq.Shape:
 
 
 def make_rod_eye(d: Dimensions) -> Part:
-    """Ring on a rod's tube, about x, with the eye of a spring at (0, -y, +z), on whose edges its loop bears."""
-    number, f, (outer, width) = "rod_eye", d.forearm, RING_MM
-    bore, y, z = f.tube_outer_mm + 2 * RING_GLUE_MM, -f.eye_hole_y_mm, f.eye_z_mm
+    """Ring of sheet about x on a rod's tube, with a spring's eye at (0, -y, +z), on whose edges its loop bears."""
+    number, f = "rod_eye", d.forearm
+    half, y, z = f.eye_mm / 2, -f.eye_hole_y_mm, f.eye_z_mm
     around = f.eye_diameter_mm / 2 + EYE_WALL_MM
-    wide = max(outer, bore + 2 * _RING_WALL_MM)
 
     def body() -> cq.Shape:
-        lug = box((-LUG_MM / 2, y - around, 0.0), (LUG_MM / 2, y + around, z + around))
-        return fuse(cylinder(wide, (-width / 2, 0, 0), (width / 2, 0, 0)), lug)
+        lug = box((-half, y - around, 0.0), (half, y + around, z))
+        head = cylinder(2 * around, (-half, y, z), (half, y, z))
+        return fuse(cylinder(f.eye_ring_mm, (-half, 0, 0), (half, 0, 0)), lug, head)
 
     boring = Boring()
-    on_tube = within(between(bore, (-width / 2, 0, 0), (width / 2, 0, 0)), 0.0, EYE_WIDER_UM)
-    boring.add(f"{bore:g} through, bonded on the tube", [on_tube])
-    eye = between(f.eye_diameter_mm, (-LUG_MM / 2, y, z), (LUG_MM / 2, y, z))
+    on_tube = between(f.eye_bore_mm, (-half, 0, 0), (half, 0, 0))
+    boring.add(f"{f.eye_bore_mm:g} through, bonded on the tube", [on_tube])
+    eye = between(f.eye_diameter_mm, (-half, y, z), (half, y, z))
     boring.add(f"{f.eye_diameter_mm:g} through the lug, edges rounded: spring", [eye])
     shape = feature(number, "ring", "hardware.tube", body)
     solid = feature(number, "eye", "hardware.tube", lambda: cut(shape, boring.tools))
     first, second = f.eyes_x_mm
-    description = f"spring's eye on a rod, {first:.1f} and {second:.1f} from the elbow's seat centre"
-    extent = (-width / 2, width / 2), (-wide / 2, wide / 2), (-wide / 2, z + around)
+    description = (
+        f"spring's eye on a rod, cut from sheet {f.eye_mm:g}, {first:.1f} and {second:.1f} from the elbow's seat centre"
+    )
+    ring = f.eye_ring_mm / 2
+    extent = (-half, half), (-max(ring, around - y), ring), (-ring, z + around)
     return made_part(number, description, solid, material("aluminium-6082"), extent, boring.holes)
 
 

@@ -12,7 +12,7 @@ import cadquery as cq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM, FLATS_LONG_MM, WASHER_MM
+from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM, FLATS_LONG_MM, WASHER_MATERIAL, WASHER_MM
 from delta_cad.dimensions.tolerances import (
     BAR_WIDER_UM,
     LENGTH_MM,
@@ -23,6 +23,7 @@ from delta_cad.dimensions.tolerances import (
     END_TORQUE_N_m,
 )
 from delta_cad.solids.boring import Boring, along_y, between, blind, fitted, placed, reamed_with, tapped, within
+from delta_cad.solids.bought_parts import make_stock_spacer
 from delta_cad.solids.making import ORANGE, cut_circle, made_part, material, round_y
 from delta_cad.solids.part import Bore, Part
 from delta_cad.solids.primitive import (
@@ -151,8 +152,10 @@ def make_shoulder_shaft(d: Dimensions) -> Part:
 
 
 def make_shoulder_washer(d: Dimensions) -> Part:
-    """Turned washer under the screw in the shaft's end, along y from 0: on the bearing's inner ring alone."""
+    """Washer under the screw in the shaft's end, along y from 0: on the bearing's inner ring alone."""
     number, s = "shoulder_washer", d.shaft
+    if s.washer is not None:
+        return make_stock_spacer(number, s.washer, WASHER_MM, along="y")
     bore = catalogue.screw(s.end_screw).clearance_hole_mm
     body = bore_y(s.washer_diameter_mm, (0.0, 0.0), (0.0, WASHER_MM))
     boring = Boring()
@@ -160,4 +163,4 @@ def make_shoulder_washer(d: Dimensions) -> Part:
     solid = feature(number, "bore", "hardware.bearing", lambda: cut(body, boring.tools))
     extent = round_y(s.washer_diameter_mm / 2, (0.0, WASHER_MM))
     description = f"shoulder washer {s.washer_diameter_mm:g} x {WASHER_MM:g}"
-    return made_part(number, description, solid, material("stainless-1.4305"), extent, boring.holes)
+    return made_part(number, description, solid, material(WASHER_MATERIAL), extent, boring.holes)

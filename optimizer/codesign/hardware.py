@@ -35,10 +35,10 @@ _RATIO_STEP, _WIDTH_STEP_MM, _WIDER_STEP_MM = (
 )  # of a choice's neighbours: share of the ratio, width, pinion
 SMALL = 3  # halvings from which on steps are small
 TORQUE_DIGITS = 4  # decimals of a torque that a design states, N m
-_MADE_EUR = {"capstan": 2502.0, "direct": 1892.0}
+_MADE_EUR = {"capstan": 2145.0, "direct": 1606.0}
 """Drive -> made parts of one machine, but for what grows with its lengths: batches that must be set up anyway."""
-_MADE_EUR_mm2 = 1.11e-3
-"""Of (R + L_A + L_B)^2: of machines of 265 and 479 mm, 2581 and 2758 EUR by their solids."""
+_MADE_EUR_mm2 = 0.94e-3
+"""Of (R + L_A + L_B)^2: of machines of 272 and 479 mm, 2197 and 2343 EUR by their solids."""
 _COUNTS = {"encoder": 3, "magnet": 3, "bearing": 6, "knob": 1, "foot": 3}
 """Entry of the hardware -> how many a machine has, of what is bought by the piece."""
 _CAPSTAN_ONLY = ("bearing",)

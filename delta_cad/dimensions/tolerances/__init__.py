@@ -31,8 +31,8 @@ Source: RBC Bearings, misalignment: 0.0005 to 0.003 (rbcbearings.com/ballbearing
 END_TORQUE_N_m = {"M2.5": 0.5, "M3": 1.0, "M4": 2.2}
 """Torque of a stainless screw in a shaft's end: 0.7 of its proof stress at a friction of 0.14 (VDI 2230)."""
 
-MAGNET_WIDER_UM, EYE_WIDER_UM = 30.0, 100.0
-"""By which a magnet's seat, and the bore of a spring's eye on its rod, may be wider: bonded, and never too narrow."""
+MAGNET_WIDER_UM = 30.0
+"""By which a magnet's seat may be wider: bonded, and never too narrow."""
 EROSION_UM = 20.0  # diameter of a ball's eroded hole, either way
 LINER_TURNED_MM = 0.01  # diameters of a plastic shell and of its cup, either way: half of the bond between them
 BAR_WIDER_UM = 20.0  # by which a cross-bar's bore may be wider than nominal: the bond's thickness

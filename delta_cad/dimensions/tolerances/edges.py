@@ -51,5 +51,7 @@ def functional_edges(d: Dimensions) -> dict[str, tuple[Edge, ...]]:
     if d.capstan is not None:
         washer = Edge("both edges of either face", -RING_EDGE_MM, 0.0, f"it presses {on_ring}")
         lands = Edge("lands between the turns of the groove", -LAND_EDGE_MM, 0.0, "the cable lies between them")
-        found |= {"upper_arm": (face,), "sector": (face,), "shoulder_washer": (washer,), "pinion": (lands,)}
+        found |= {"upper_arm": (face,), "sector": (face,), "pinion": (lands,)}
+        if d.shaft.washer is None:
+            found["shoulder_washer"] = (washer,)
     return found

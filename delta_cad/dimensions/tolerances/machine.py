@@ -51,7 +51,7 @@ from delta_cad.dimensions.tolerances import (
     minutes,
     working_mm,
 )
-from delta_cad.dimensions.tolerances.chain import MADE, Chain, Link, either_way
+from delta_cad.dimensions.tolerances.chain import MADE, Chain, Kind, Link, either_way
 from delta_cad.dimensions.tolerances.edges import RIM_EDGE_MM
 from delta_cad.dimensions.tolerances.general import CLASSES, NOTES, REQUIRED, coarsest_grade, flat_mm, general_mm
 from delta_cad.dimensions.tolerances.mates import pair, screw_zone_mm
@@ -126,7 +126,7 @@ def _gap_chain(d: Dimensions, general: str) -> Chain:
     """The air gap between the encoder's chip and its magnet."""
     encoder = d.encoder
     board = [
-        either_way("board_spacer", "length", "general", general_mm(BOARD_STAND_OFF_MM, general), 1.0),
+        either_way("board_spacer", "length", *_board_spacer(d, general), 1.0),
         either_way("encoder_board", "height of its chip", "bought", _CHIP_MM, -1.0),
         either_way("encoder_magnet", "thickness", "bought", _MAGNET_MM, -1.0),
         either_way(
@@ -148,6 +148,13 @@ def _gap_chain(d: Dimensions, general: str) -> Chain:
     why = f"beyond, {encoder.id} reads badly; a shim under its board, or a spacer ground down, mends it"
     low, high = encoder.air_gap_min_mm, encoder.air_gap_max_mm
     return Chain("encoder's air gap", "mm", nominal, tuple(links), low, high, why, statistical=True)
+
+
+def _board_spacer(d: Dimensions, general: str) -> tuple[Kind, float]:
+    """Where the tolerance of a board's spacer comes from, and what it is, mm."""
+    if (row := d.board_spacer) is not None:
+        return "bought", row.length_tolerance_mm
+    return "general", general_mm(BOARD_STAND_OFF_MM, general)
 
 
 def board_zone_mm(encoder: catalogue.Encoder) -> float:

@@ -15,7 +15,7 @@ from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import RIM_MM
-from delta_cad.dimensions.forearm import END_MATERIAL, EYE_WALL_MM, LUG_MM, RING_MM, ForearmDimensions
+from delta_cad.dimensions.forearm import END_MATERIAL, EYE_WALL_MM, ForearmDimensions
 from delta_cad.dimensions.joint import CUP_MATERIAL
 from delta_cad.dimensions.platform import RIB_MM, STEM_FLATS_MM, STEM_FLATS_Z_MM, WEB_CORNER_MM
 from delta_cad.drive.masses import rod_masses
@@ -23,7 +23,6 @@ from delta_cad.structure.modes import Moving, MovingBody
 
 _CUPPED = 0.8  # of a ball's shell: what of both cups lies above their lips, at least
 _CORE_PLAY = 0.2  # mm, that a thread's core is less than its drill at most
-_RING_BORE = 0.2  # mm, that a ring's bore is wider than its tube at most
 _PLATE, _TURNED = "aluminium-7075", "aluminium-6082"  # of arm, platform, sector; of the stem
 
 
@@ -57,9 +56,9 @@ def _rod_kg(d: Dimensions) -> float:
     stems = 2.0 * (f.shoulder_mm - f.stem_mm) * f.tube_outer_mm**2 * end
     ends = 2.0 * _round_kg(f.spigot_diameter_mm, f.spigot_length_mm, END_MATERIAL) + stems + cups
     around = f.eye_diameter_mm / 2.0 + EYE_WALL_MM
-    ring = pi / 4.0 * (RING_MM[0] ** 2 - (f.tube_outer_mm + _RING_BORE) ** 2) * RING_MM[1]
-    lug = 2.0 * around * (f.eye_z_mm + around - RING_MM[0] / 2.0) - pi / 4.0 * f.eye_diameter_mm**2
-    eyes = 2.0 * (max(ring, 0.0) + lug * LUG_MM) * end
+    ring = pi / 4.0 * (f.eye_ring_mm**2 - f.eye_bore_mm**2)
+    lug = 2.0 * around * max(f.eye_z_mm - f.eye_ring_mm / 2.0, 0.0) + pi / 2.0 * around**2
+    eyes = 2.0 * (ring + lug - pi / 4.0 * f.eye_diameter_mm**2) * f.eye_mm * end
     return wall_mm2 * f.tube_length_mm * _kg_mm3(d.tube.material) + ends + eyes + (f.spring.mass_g or 0.0) / 1e3
 
 

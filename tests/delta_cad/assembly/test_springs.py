@@ -13,7 +13,7 @@ import pytest
 from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.forearm import EYE_PLAY_MM, LUG_MM
+from delta_cad.dimensions.forearm import EYE_PLAY_MM
 from delta_cad.solids.bought_parts import loop_overlap_mm3, make_rod_spring
 from delta_cad.solids.forearm import make_rod_eye
 from tests.delta_cad.solids.measured import placed
@@ -94,7 +94,7 @@ def test_a_loop_shares_with_its_eye_what_is_summed_of_it(best_dimensions: Dimens
         spring=row,
         width_mm=1.15 * row.free_length_mm + 2 * inside,
         eye_diameter_mm=hole,
-        eye_hole_y_mm=inside + loop - sqrt(loop**2 - (LUG_MM / 2) ** 2) - hole / 2,
+        eye_hole_y_mm=inside + loop - sqrt(loop**2 - (best_dimensions.forearm.eye_mm / 2) ** 2) - hole / 2,
     )
     d, lean = replace(best_dimensions, forearm=f), radians(27.0)
     # rods lie along x, the other one f.width_mm down along -y; both lean alike, the spring stays between their eyes

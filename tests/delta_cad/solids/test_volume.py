@@ -111,8 +111,8 @@ def shoulder_shaft(d: Dimensions) -> float:
     return head + bar - cyl(d.magnet.diameter_mm + 0.1, d.magnet.thickness_mm) - drilled
 
 
-def shoulder_washer(d: Dimensions) -> float:
-    return cyl(d.shaft.washer_diameter_mm, 3.0) - cyl(catalogue.screw("M4").clearance_hole_mm, 3.0)
+def shoulder_washer(_: Dimensions) -> float:
+    return cyl(10.0, 3.0) - cyl(4.3, 3.0)
 
 
 def wave_spring(d: Dimensions) -> float:
@@ -257,9 +257,8 @@ def rod_tube(d: Dimensions) -> float:
 
 
 def spacer(d: Dimensions) -> float:
-    bore = catalogue.screw("M2.5").clearance_hole_mm
     length = d.layers.encoder_head_mm[0] - d.layers.encoder_board_mm[1]
-    return cyl(bore + 2.0, length) - cyl(bore, length)
+    return cyl(5.0, length) - cyl(2.7, length)
 
 
 def rubber_foot(d: Dimensions) -> float:

@@ -83,6 +83,10 @@ def prices(d: Dimensions) -> dict[str, Price]:
         "knob": row_price("knob", d.knob),
         "foot": row_price("foot", d.foot),
     }
+    if d.board_spacer is not None:
+        found["board_spacer"] = row_price("spacer", d.board_spacer)
+    if d.shaft.washer is not None:
+        found["shoulder_washer"] = row_price("spacer", d.shaft.washer)
     if d.preload is not None:
         found["wave_spring"] = row_price("wave_spring", d.preload)
     if d.capstan is not None:

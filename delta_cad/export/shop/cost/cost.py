@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.shop.cost.bought import Price, part_price, prices
 from delta_cad.export.shop.cost.rates import BATCHES, BREAKS, CURRENCY, ESTIMATE, OTHER, STOCKS, Rates
-from delta_cad.export.shop.cost.work import Making, Work, making, material_id, work_of
+from delta_cad.export.shop.cost.work import Making, Work, coat_of, making, material_id, work_of
 
 _SCHEMA = "delta-cost/1"
 CENTS, _MILLS = 2, 3
@@ -20,7 +20,8 @@ _FORMULA = (
     "unit = stock_EUR + material + coat + piece_min rate + (batch_min rate + coat's lot) / pieces; "
     "piece_min = cutting (1 + idle) + tools + clampings handling + deburring; cutting = removed / removal + "
     "area / finish + bores (drill) + threads + fits; batch_min = programming + clampings set-up; of stock as bought: "
-    "piece_min = the saw's cut, or bores (erode) + fits, + handling; batch_min = set-up"
+    "piece_min = the saw's cut, or bores (erode) + fits, + handling; batch_min = set-up; of sheet: piece_min = "
+    "handling + deburring, and the beam's lot / pieces + its area + contours; parts with the same coat share its lot"
 )
 _MADE = f"{ESTIMATE} from stock, cutting and clampings, see cost.json"
 _LEFT_OUT = ("assembly", "electronics and motor drives", "inspection", "freight", "tax")
@@ -80,7 +81,7 @@ def machine_cost(d: Dimensions, assembly: Assembly, clampings: Mapping[str, int]
     """Computes what a machine with its solids costs; clampings by part number, the usual rates where none are given."""
     shop, known = rates or Rates(), prices(d)
     quantity = Counter(occurrence.part.number for occurrence in assembly.occurrences)
-    lines = []
+    lines, coats = [], Counter(filter(None, map(coat_of, assembly.parts)))
     for part in (part for part in assembly.parts if not part.piece_of):
         count = quantity[part.number]
         if not part.make:
@@ -89,6 +90,8 @@ def machine_cost(d: Dimensions, assembly: Assembly, clampings: Mapping[str, int]
         work = work_of(part, clampings.get(part.number, 1), shop)
         material = material_id(part)
         todo, stock = making(work, material, shop), known.get(part.number)
+        if coat := coat_of(part):  # parts of an order with the same coat are one lot
+            todo = replace(todo, batch_EUR=todo.batch_EUR / coats[coat])
         paid = [0.0 if stock is None else stock.of_one(count, machines) for machines in BATCHES]
         units = (
             round(todo.of_one(count * machines, shop) + bought, CENTS)

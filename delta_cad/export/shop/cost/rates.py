@@ -13,6 +13,9 @@ BATCHES = (1, 10, 100)
 """Machines made at once."""
 _SHOP = "myshopmetrics.com/resources/cost-estimation: material + (setup + cycle) x rate + tools; 75 to 150 USD an hour "
 _SHOP += "for standard work, 15 to 60 min a set-up in a vice or chuck, 15 to 30 % of a cycle without cutting"
+_BEAM = "flowwaterjetblog.com/2015/03/20 (shops charge 125 to 150 USD an hour for a jet), my.wardjet.com/waterjet/"
+_BEAM += "university/nozzle-orifice (18 mm a minute through 101.6 mm of aluminium at the finest quality: 1830 mm^2), "
+_BEAM += "fliphtml5.com/osspz/trhw, p. 117 (a laser is faster), with 20 min to study and nest, 6 s to pierce"
 ESTIMATE = "estimate"
 
 
@@ -36,6 +39,9 @@ class Rates:
         erode_min: Eroding a hole into hardened steel.
         anodise_lot_EUR: A lot to be anodised.
         anodise_EUR: A piece of it.
+        beam_lot_EUR: Nesting a part number that is cut from sheet by laser or jet.
+        beam_EUR_mm2: Of the faces that it cuts.
+        pierce_EUR: Each contour.
         allowance_mm: Stock beyond the part, on either side.
     """
 
@@ -54,11 +60,14 @@ class Rates:
     erode_min: float = 6.0
     anodise_lot_EUR: float = 60.0
     anodise_EUR: float = 0.5
+    beam_lot_EUR: float = 40.0
+    beam_EUR_mm2: float = 0.0011
+    pierce_EUR: float = 0.2
     allowance_mm: float = 1.5
 
     def record(self) -> dict[str, Any]:
         """Gives all rates as JSON types, with where they come from."""
-        return {**asdict(self), "source": f"{ESTIMATE}, within {_SHOP}"}
+        return {**asdict(self), "source": f"{ESTIMATE}, within {_SHOP}; laser or jet: {_BEAM}"}
 
 
 @dataclass(frozen=True)
@@ -79,6 +88,9 @@ STOCKS = {
     "steel": Stock(5.0, 5_000.0),
 }
 """Id of a material in the catalogue -> how it is bought and cut; prices of small lengths, removal on a small mill."""
+PLATES_MM = (5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0)
+"""Thicknesses of plate bought with both faces milled, mm; an estimate, at the price by mass of other stock."""
+PLATE_MATERIALS = ("aluminium-6082", "aluminium-7075")
 OTHER = Stock(20.0, 5_000.0)
 BREAKS = {1: 1.0, 10: 0.9, 100: 0.75}
 """Machines made at once -> share of the single price that bought parts cost then."""

@@ -59,6 +59,8 @@ def expected_makes(d: Dimensions) -> tuple[ExpectedMake, ...]:
         _bought("rod_spring", d.forearm.spring, "steel", spring_mass_g(d.forearm)),
         ExpectedMake("joint_ball", d.forearm.ball.material, True, *_order(d.forearm.ball)),
         ExpectedMake("rod_tube", d.tube.material, True, *_order(d.tube)),
+        _spacer("board_spacer", d.board_spacer, "brass", 5.0),
+        _spacer("shoulder_washer", d.shaft.washer, "stainless-1.4305", 3.0),
         *_stock(),
         *_panel(d),
         *_leads(d),
@@ -78,6 +80,12 @@ def expected_makes(d: Dimensions) -> tuple[ExpectedMake, ...]:
 
 def _bought(number: str, row: CatalogueRow, material: str, mass_g: float | None) -> ExpectedMake:
     return ExpectedMake(number, material, False, *_order(row), mass_g=mass_g)
+
+
+def _spacer(number: str, row: catalogue.Spacer | None, material: str, length_mm: float) -> ExpectedMake:
+    """A spacer of the catalogue and its length, or one that is turned."""
+    order = () if row is None else _order(row, f" x {length_mm:g}")
+    return ExpectedMake(number, material, row is None, *order)
 
 
 def _order(row: CatalogueRow, size: str = "") -> tuple[str, str]:

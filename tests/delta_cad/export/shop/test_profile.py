@@ -227,7 +227,7 @@ def test_a_side_bulge_between_walls_is_no_plate_and_a_cross_bore_in_a_wall_hides
 
 
 def test_files_are_named_after_their_parts_and_the_same_each_time(best_assembly: Assembly, tmp_path: Any) -> None:
-    parts = [part_of(best_assembly, number) for number in ("foot_block", "handle_stem", "board_spacer")]
+    parts = [part_of(best_assembly, number) for number in ("foot_block", "handle_stem", "cross_bar")]
     write_profiles(parts[1:], tmp_path / "none")
     assert not (tmp_path / "none").exists()
     write_profiles(parts, tmp_path / "profiles")

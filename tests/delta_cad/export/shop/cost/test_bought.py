@@ -11,6 +11,10 @@ from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.shop.cost.bought import FILE, Price, part_price, prices, row_price
+from delta_cad.export.shop.cost.rates import Rates
+from delta_cad.export.shop.cost.work import making, material_id, work_of
+from delta_cad.solids.bought_parts import make_spacer
+from delta_cad.solids.upper_arm import make_shoulder_washer
 
 
 def test_the_catalogue_s_price_comes_before_the_list_s() -> None:
@@ -31,6 +35,32 @@ def test_every_row_that_a_design_may_choose_has_a_price() -> None:
     for kind in catalogue.CHOSEN:
         for row in catalogue.family(kind).values():
             assert row_price(kind, row).one_EUR > 0.0, row.id
+
+
+def test_a_stock_spacer_costs_less_than_turning_it_and_the_first_that_fits_is_the_cheapest(
+    best_dimensions: Dimensions,
+) -> None:
+    d, rates = best_dimensions, Rates()
+    turned = make_spacer(2.9, 5.0), make_shoulder_washer(replace(d, shaft=replace(d.shaft, washer=None)))
+    counts = {"board_spacer": 12, "shoulder_washer": 3}
+    for part in turned:
+        assert part.make
+        made = making(work_of(part, 1, rates), material_id(part), rates).of_one(counts[part.number], rates)
+        assert prices(d)[part.number].one_EUR < made
+    for thread in ("M2.5", "M3", "M4", "M5"):
+        costs = [row_price("spacer", row).one_EUR for row in catalogue.spacer.rows.values() if row.thread == thread]
+        assert costs == sorted(costs)
+
+
+def test_a_washer_without_a_stock_spacer_is_turned() -> None:
+    ring = (9.4, 10.1)
+    found = catalogue.stock_spacer("M4", 3.0, ring, "stainless-1.4305")
+    assert found is not None
+    assert found.outer_mm == 10.0
+    assert catalogue.stock_spacer("M4", 3.5, ring) is None
+    assert catalogue.stock_spacer("M4", 3.0, (9.4, 9.9)) is None
+    assert catalogue.stock_spacer("M4", 3.0, ring, "brass") is None
+    assert catalogue.stock_spacer("M8", 3.0, ring) is None
 
 
 def test_what_several_cost() -> None:

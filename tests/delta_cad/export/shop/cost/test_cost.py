@@ -47,6 +47,13 @@ def test_set_up_is_shared_by_the_pieces_of_a_batch(cost: Cost) -> None:
     assert line.unit_EUR[0] - line.unit_EUR[2] == pytest.approx(batch * (1 / 3 - 1 / 300), abs=0.011)
 
 
+def test_parts_with_the_same_coat_are_one_lot(cost: Cost) -> None:
+    """Pinions and rods' ends are hard anodised: 30 EUR each of a lot of 60."""
+    coated = [line for line in cost.lines if line.work is not None and line.work.anodised]
+    assert {line.number for line in coated} == {"pinion", "rod_cup"}
+    assert [line.making.batch_EUR for line in coated if line.making] == [30.0, 30.0]
+
+
 def test_a_dearer_motor_and_a_dearer_hour_are_reported(
     cost: Cost, best_dimensions: Dimensions, best_assembly: Assembly
 ) -> None:
@@ -82,6 +89,8 @@ def test_every_line_of_a_made_part_is_reckoned_anew_from_the_record_alone(cost: 
             eroded = work["drilled"] * shop["erode_min"] + holes
             piece = (eroded if work["eroded"] else shop["saw_min"]) + shop["handle_min"]
             batch = shop["setup_min"]
+        elif work["stock"] == "sheet":
+            piece, batch = shop["handle_min"] + shop["deburr_min"], 0.0
         else:
             cut = work["removed_mm3"] / stocks[line["stock"]]["removal_mm3_min"]
             cut += work["finished_mm2"] / shop["finish_mm2_min"] + work["drilled"] * shop["drill_min"] + holes
@@ -91,8 +100,13 @@ def test_every_line_of_a_made_part_is_reckoned_anew_from_the_record_alone(cost: 
         assert (reported["piece_min"], reported["batch_min"]) == pytest.approx((piece, batch), abs=2e-3), line[
             "part_number"
         ]
-        coat, lot = (shop["anodise_EUR"], shop["anodise_lot_EUR"]) if work["anodised"] else (0.0, 0.0)
+        extra, lot = 0.0, 0.0
+        if work["anodised"]:
+            extra, lot = shop["anodise_EUR"], shop["anodise_lot_EUR"] / 2  # pinions and rods' ends
+        elif work["stock"] == "sheet":
+            extra = work["beam_mm2"] * shop["beam_EUR_mm2"] + work["contours"] * shop["pierce_EUR"]
+            lot = shop["beam_lot_EUR"]
         for machines, unit, stock in zip(record["machines"], line["unit_EUR"], line["stock_EUR"], strict=True):
-            whole = stock + reported["material_EUR"] + coat + piece * shop["hour_EUR"] / 60.0
+            whole = stock + reported["material_EUR"] + extra + piece * shop["hour_EUR"] / 60.0
             whole += (batch * shop["hour_EUR"] / 60.0 + lot) / (machines * line["quantity"])
             assert unit == pytest.approx(whole, abs=0.011), line["part_number"]
