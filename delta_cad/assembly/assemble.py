@@ -135,7 +135,7 @@ def _bracket(builder: AssemblyBuilder, i: int) -> None:
     sunk, filled = brackets.base_pin_mm(d)
     for k, u in enumerate(b.base_dowel_u_mm):
         bottom = d.stand(i) @ at(u, middle, d.base.top_mm - sunk)
-        held = ("base_plate",) if k else (block, "base_plate")  # the second stands in a slot of the block
+        held = ("base_plate",) if k and brackets.is_base_slotted(d) else (block, "base_plate")
         builder.pin(f"base_dowel_{i}_{k}", filled, "base", bottom, *held, path=UP)
 
     stop, end = builder.dowel("4", brackets.stop_pin_length_mm(d)), brackets.stop_end_mm(d)

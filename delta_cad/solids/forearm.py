@@ -141,7 +141,7 @@ def make_rod_eye(d: Dimensions) -> Part:
     first, second = f.eyes_x_mm
     description = f"spring's eye on a rod, {first:.1f} and {second:.1f} from the elbow's seat centre"
     extent = (-width / 2, width / 2), (-wide / 2, wide / 2), (-wide / 2, z + around)
-    return made_part(number, description, solid, material("aluminium-6082"), extent, boring.holes)
+    return made_part(number, description, solid, material(d.material_of("rod_eye")), extent, boring.holes)
 
 
 def make_rod_tube(d: Dimensions) -> Part:

@@ -86,7 +86,7 @@ def make_platform(d: Dimensions) -> Part:
             f". Three equal arms at {at} deg about the centre, the one at 0 dimensioned and marked {WRIST_MARK}"
         )
     extent = *_reach(d), (-top, top)
-    return made_part(number, description, solid, material("aluminium-7075", BLUE), extent, boring.holes)
+    return made_part(number, description, solid, material(d.material_of("platform"), BLUE), extent, boring.holes)
 
 
 def _reach(d: Dimensions) -> tuple[Span, Span]:

@@ -98,7 +98,7 @@ def make_upper_arm(d: Dimensions) -> Part:
     if d.capstan is not None:
         stack = y[1] - d.layers.bearings_mm[0][1]
         description += f", {stack:g} +-{LENGTH_MM:g} from its collar to the sector"
-    return made_part(number, description, solid, material("aluminium-7075", ORANGE), extent, boring.holes)
+    return made_part(number, description, solid, material(d.material_of("upper_arm"), ORANGE), extent, boring.holes)
 
 
 def _clamp(d: Dimensions, boring: Boring) -> list[cq.Shape]:

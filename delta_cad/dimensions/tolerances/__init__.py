@@ -45,6 +45,11 @@ FITTED_RA_UM = {5: 0.4, 6: 0.8, 7: 1.6}
 """Roughness Ra that goes with a grade: ground or honed, finely bored, reamed."""
 PLACE_MM, SQUARE_MM = 0.05, 0.02
 """Zone for the axes of a part's fitted bores, and how square the largest is to its face: as milled in one clamping."""
+PRINTED_PLACE_MM = 0.4
+"""The same of a printed part, whose holes are reamed where they are printed: +-0.2 mm, as printing services state.
+
+Source: arti90.com/en/design-clues, printit4me.com.au/guides/designing-for-3d-printing (both read 2026-11-28).
+"""
 SLOT_MM, SLOT_CUTTER_MM = 0.4, 2.0  # by which a pin's slot is longer than wide; of the cutter that mills it
 PREDRILLED_MM, PREDRILLED_ZONE_MM = 2.5, 0.05  # of holes for 3 mm pins that are reamed together: drill, zone
 STOP_ZONE_MM = 0.1  # of a stop pin, and of the ends of the sector's slot, which meet it

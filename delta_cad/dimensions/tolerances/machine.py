@@ -39,6 +39,7 @@ from delta_cad.dimensions.tolerances import (
     MAGNET_WIDER_UM,
     MANDREL_MM,
     PLACE_MM,
+    PRINTED_PLACE_MM,
     SEATS_MM,
     SQUARE_MM,
     TILT_RAD,
@@ -286,6 +287,10 @@ def length_chains(d: Dimensions, general: str) -> list[Chain]:
 def _foot_chain(d: Dimensions, general: str) -> Chain:
     """The gap of a cheek over the plate, on which the foot block stands alone."""
     b = d.bracket
+    why = "below, a cheek stands on the plate and its block does not"
+    if d.is_printed("foot_block") or d.is_printed("motor_cheek"):
+        set_ = either_way("cheek", "set by a feeler before its dowels' holes are reamed", "set", _FEELER_MM)
+        return Chain("cheek off the plate", "mm", FOOT_OFF_MM, (set_,), 0.0, inf, why)
     first, second = ((u - b.shoulder_u_mm, b.cheek_screw_z_mm) for u in b.cheek_dowel_u_mm)
     corner = b.foot_u_mm[0] - b.shoulder_u_mm, b.base_top_mm + FOOT_OFF_MM
     moved = pair(first, second, PLACE_MM).shift_mm(corner, np.array([[0.0, 1.0], [0.0, -1.0]]))
@@ -295,7 +300,6 @@ def _foot_chain(d: Dimensions, general: str) -> Chain:
         either_way("cheek", "places of its dowels and the block's", "place", moved),
         either_way("foot_block", "height of its cross dowels", "place", PLACE_MM / 2.0),
     )
-    why = "below, a cheek stands on the plate and its block does not"
     return Chain("cheek off the plate", "mm", FOOT_OFF_MM, links, 0.0, inf, why)
 
 
@@ -323,13 +327,18 @@ def largest_deviation_mm(d: Dimensions, general: str) -> float:
     return max(map(deviation_mm, length_chains(d, general)))
 
 
+def place_mm(d: Dimensions, number: str) -> float:
+    """Gives the zone for the axes of a part's fitted bores, by its process, mm."""
+    return PRINTED_PLACE_MM if d.is_printed(number) else PLACE_MM
+
+
 def _shoulder(d: Dimensions) -> list[Link]:
     """From the base plate to the shoulder's axis, across it."""
-    place = PLACE_MM / 2.0
+    place = place_mm(d, "motor_cheek") / 2.0
     links = [
-        either_way("base_plate", "place of a dowel", "place", place),
+        either_way("base_plate", "place of a dowel", "place", place_mm(d, "base_plate") / 2.0),
         either_way("foot_block", "dowels in the plate", "fit", DOWEL_PLAY_MM),
-        either_way("foot_block", "cross dowels from the upright ones", "place", place),
+        either_way("foot_block", "cross dowels from the upright ones", "place", place_mm(d, "foot_block") / 2.0),
     ]
     if d.capstan is None:
         pilot = (deviations_um("H7", d.motor.pilot_diameter_mm)[1] + 18.0) / 2000.0
@@ -354,16 +363,17 @@ def _turned(d: Dimensions, radially: bool) -> list[Link]:
     b = d.bracket
     first, second = ((u - b.shoulder_u_mm, b.cheek_screw_z_mm) for u in b.cheek_dowel_u_mm)
     way = np.array([[1.0, 0.0], [-1.0, 0.0]] if radially else [[0.0, 1.0], [0.0, -1.0]])
-    cheek = pair(first, second, PLACE_MM).shift_mm((0.0, 0.0), way) - PLACE_MM
+    place = place_mm(d, "motor_cheek")
+    cheek = pair(first, second, place).shift_mm((0.0, 0.0), way) - place
     return [either_way("motor_cheek", "turned by its dowels' places", "place", cheek)]
 
 
 def _along(d: Dimensions) -> list[Link]:
     """From the base plate to the arm's middle, along the shoulder's axis."""
     links = [
-        either_way("base_plate", "place of a dowel", "place", PLACE_MM / 2.0),
+        either_way("base_plate", "place of a dowel", "place", place_mm(d, "base_plate") / 2.0),
         either_way("foot_block", "dowels in the plate", "fit", DOWEL_PLAY_MM),
-        either_way("foot_block", "dowels from its middle", "place", PLACE_MM / 2.0),
+        either_way("foot_block", "dowels from its middle", "place", place_mm(d, "foot_block") / 2.0),
         either_way("foot_block", "width", "stated", LENGTH_MM, 0.5),
     ]
     if d.capstan is None:
@@ -385,7 +395,7 @@ def _bar_mm(d: Dimensions) -> float:
 def _arm(d: Dimensions) -> list[Link]:
     bore, shaft = deviations_um("H7", d.arm.shaft_bore_mm)[1], -deviations_um("h6", d.arm.shaft_bore_mm)[0]
     return [
-        either_way("upper_arm", "bar's bore from the shaft's", "place", PLACE_MM / 2.0),
+        either_way("upper_arm", "bar's bore from the shaft's", "place", place_mm(d, "upper_arm") / 2.0),
         either_way("upper_arm", "on its shaft", "fit", (bore + shaft) / 2000.0),
         either_way("cross_bar", "in its bond", "set", _bar_mm(d)),
     ]
@@ -400,7 +410,7 @@ def _rod() -> list[Link]:
 
 def _wrist(d: Dimensions) -> list[Link]:
     return [
-        either_way("platform", "place of a bar's bore", "place", PLACE_MM / 2.0),
+        either_way("platform", "place of a bar's bore", "place", place_mm(d, "platform") / 2.0),
         either_way("cross_bar", "in its bond", "set", _bar_mm(d)),
     ]
 
