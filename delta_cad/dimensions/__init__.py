@@ -323,6 +323,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes, in
         peak_N=largest_force_N(required),
         wrist_boss_mm=hardware.platform_thickness_mm,
         gaps=gaps,
+        printed_eyes=is_printed(hardware, "rod_eye"),
     )
     behind = _behind_mm(gaps, mechanism.base_radius_mm + mechanism.upper_arm_length_mm)
     behind += gaps[0].sine / 2 * mechanism.parallelogram_width_mm + forearm.cup_radius_mm
@@ -344,6 +345,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes, in
             clearance_mm=design.requirements.clearance_min_mm,
             leg_least_mm=leg_least_mm,
             gaps=gaps,
+            printed=is_printed(hardware, "foot_block") or is_printed(hardware, "base_plate"),
         )
 
     def drive_at(run: CableRun | None, direction: float) -> tuple[CapstanDimensions | None, BracketDimensions]:

@@ -44,6 +44,7 @@ BAR_BEYOND_MM = 1.0  # of a cross-bar from the boss that holds it, at least: its
 _STUD_SHOULDER_MM = 0.8  # step from the neck to the bar's cone, radial
 _EYE_Z_MM = 5.5  # and aside of it: the spring's loop passes the ring on the tube
 EYE_WALL_MM = 0.6
+_PRINTED_EYE_MM = 1.25, 2.0  # of a printed one: least wall, which its ring has too, and least hole
 EYE_PLAY_MM = 0.9  # beside the spring's wire: a cord of 0.5 mm, and room
 LUG_MM = 2.0  # thickness of an eye's lug: the spring's loop goes around it
 RING_MM = (7.4, 4.0)  # diameter and length of the ring on the tube
@@ -106,6 +107,7 @@ class ForearmDimensions:
     eye_hole_y_mm: float
     eye_z_mm: float
     eye_diameter_mm: float
+    eye_wall_mm: float
     eye_room_mm: float
     shoulder_mm: float
     spigot_diameter_mm: float
@@ -242,6 +244,7 @@ def forearm_dimensions(
     peak_N: float = 0.0,
     wrist_boss_mm: float = 0.0,
     gaps: Sequence[Gap] = EVEN,
+    printed_eyes: bool = False,
 ) -> ForearmDimensions:
     """Dimensions a parallelogram of a length between ball centres and a width along the shoulder axis.
 
@@ -260,6 +263,7 @@ def forearm_dimensions(
         peak_N: Largest force at the handle; the springs are made for it.
         wrist_boss_mm: Diameter of the platform's bosses, which a thicker platform has, beside its springs.
         gaps: Of the chains.
+        printed_eyes: Whether the springs' eyes are printed.
 
     Raises:
         DimensionError: No such ball; too narrow for the elbow boss that holds the cross-bar, or for any spring; too
@@ -284,7 +288,9 @@ def forearm_dimensions(
     spring = chosen_spring(width_mm - 2 * EYE_MM, EYE_MM, peak_N)
     seat = ball_mm + 2 * CLEARANCE_MM
     coil = spring.mean_diameter_mm + spring.wire_mm
-    eye = spring.wire_mm + EYE_PLAY_MM
+    eye, wall = spring.wire_mm + EYE_PLAY_MM, EYE_WALL_MM
+    if printed_eyes:
+        wall, eye = max(wall, _PRINTED_EYE_MM[0]), max(eye, _PRINTED_EYE_MM[1])
     loop = (spring.mean_diameter_mm - spring.wire_mm) / 2  # radius inside
     shoulder = stem + _NECK_MM
     sway = spring_sway(width_mm, EYE_MM, _EYE_Z_MM, tilt)  # of a spring whose rods lean, and turn about themselves
@@ -346,7 +352,8 @@ def forearm_dimensions(
         eye_hole_y_mm=EYE_MM + loop - sqrt(loop**2 - (LUG_MM / 2) ** 2) - eye / 2,
         eye_z_mm=_EYE_Z_MM,
         eye_diameter_mm=eye,
-        eye_room_mm=_eye_room_mm(arm, fold_rad, lean, min(first, second), _EYE_Z_MM + eye / 2 + EYE_WALL_MM),
+        eye_wall_mm=wall,
+        eye_room_mm=_eye_room_mm(arm, fold_rad, lean, min(first, second), _EYE_Z_MM + eye / 2 + wall),
         shoulder_mm=shoulder,
         spigot_diameter_mm=spigot,
         spigot_length_mm=held,

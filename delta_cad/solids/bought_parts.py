@@ -11,7 +11,7 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.forearm import BALL_GLUE_MM, EYE_WALL_MM, LUG_MM, ForearmDimensions
+from delta_cad.dimensions.forearm import BALL_GLUE_MM, LUG_MM, ForearmDimensions
 from delta_cad.dimensions.layers import motor_thread_mm
 from delta_cad.dimensions.tolerances import EROSION_UM, preload_range_N, spring_height_mm
 from delta_cad.mechanism.geometry import SIN_60
@@ -277,7 +277,7 @@ def loop_overlap_mm3(f: ForearmDimensions, lean_rad: float) -> float:
     v = radius * np.sin(turn)
     x, y = (across * u + along * v) / apart, (along * u - across * v) / apart + f.eye_hole_y_mm - f.eye_y_mm
     off = np.hypot(y, out * np.sin(around))
-    shared = (np.abs(x) < LUG_MM / 2) & (np.abs(y) < hole + EYE_WALL_MM) & (off > hole)
+    shared = (np.abs(x) < LUG_MM / 2) & (np.abs(y) < hole + f.eye_wall_mm) & (off > hole)
     return float((radius * out)[shared].sum()) * 2 * pi**2 * wire / turn.size
 
 

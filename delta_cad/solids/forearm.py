@@ -10,7 +10,6 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.forearm import (
     BALL_GLUE_MM,
     END_MATERIAL,
-    EYE_WALL_MM,
     GUSSET,
     LINER_GLUE_MM,
     LUG_MM,
@@ -124,8 +123,8 @@ def make_rod_eye(d: Dimensions) -> Part:
     """Ring on a rod's tube, about x, with the eye of a spring at (0, -y, +z), on whose edges its loop bears."""
     number, f, (outer, width) = "rod_eye", d.forearm, RING_MM
     bore, y, z = f.tube_outer_mm + 2 * RING_GLUE_MM, -f.eye_hole_y_mm, f.eye_z_mm
-    around = f.eye_diameter_mm / 2 + EYE_WALL_MM
-    wide = max(outer, bore + 2 * _RING_WALL_MM)
+    around = f.eye_diameter_mm / 2 + f.eye_wall_mm
+    wide = max(outer, bore + 2 * max(_RING_WALL_MM, f.eye_wall_mm))
 
     def body() -> cq.Shape:
         lug = box((-LUG_MM / 2, y - around, 0.0), (LUG_MM / 2, y + around, z + around))

@@ -15,7 +15,7 @@ from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import RIM_MM
-from delta_cad.dimensions.forearm import END_MATERIAL, EYE_WALL_MM, LUG_MM, RING_MM, ForearmDimensions
+from delta_cad.dimensions.forearm import END_MATERIAL, LUG_MM, RING_MM, ForearmDimensions
 from delta_cad.dimensions.joint import CUP_MATERIAL
 from delta_cad.dimensions.platform import RIB_MM, STEM_FLATS_MM, STEM_FLATS_Z_MM, WEB_CORNER_MM
 from delta_cad.drive.masses import rod_masses
@@ -56,7 +56,7 @@ def _rod_kg(d: Dimensions) -> float:
     cups += 4.0 / 3.0 * pi * (f.liner_radius_mm**3 - (f.seat_diameter_mm / 2.0) ** 3) * _CUPPED * _kg_mm3(CUP_MATERIAL)
     stems = 2.0 * (f.shoulder_mm - f.stem_mm) * f.tube_outer_mm**2 * end
     ends = 2.0 * _round_kg(f.spigot_diameter_mm, f.spigot_length_mm, END_MATERIAL) + stems + cups
-    around = f.eye_diameter_mm / 2.0 + EYE_WALL_MM
+    around = f.eye_diameter_mm / 2.0 + f.eye_wall_mm
     ring = pi / 4.0 * (RING_MM[0] ** 2 - (f.tube_outer_mm + _RING_BORE) ** 2) * RING_MM[1]
     lug = 2.0 * around * (f.eye_z_mm + around - RING_MM[0] / 2.0) - pi / 4.0 * f.eye_diameter_mm**2
     eyes = 2.0 * (max(ring, 0.0) + lug * LUG_MM) * _kg_mm3(d.material_of("rod_eye"))

@@ -10,8 +10,19 @@ from typing import Any
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.shop.cost.bought import Price, part_price, prices
-from delta_cad.export.shop.cost.rates import BATCHES, BREAKS, CURRENCY, ESTIMATE, OTHER, STOCKS, Rates
-from delta_cad.export.shop.cost.work import Making, Work, making, material_id, work_of
+from delta_cad.export.shop.cost.rates import (
+    BATCHES,
+    BREAKS,
+    CURRENCY,
+    ESTIMATE,
+    OTHER,
+    PRINTED_EUR_KG,
+    PRINTS,
+    STOCKS,
+    Rates,
+)
+from delta_cad.export.shop.cost.work import Making, Work, making, material_id, printing, work_of
+from delta_cad.solids.part import Part
 
 _SCHEMA = "delta-cost/1"
 CENTS, _MILLS = 2, 3
@@ -23,6 +34,7 @@ _FORMULA = (
     "piece_min = the saw's cut, or bores (erode) + fits, + handling; batch_min = set-up"
 )
 _MADE = f"{ESTIMATE} from stock, cutting and clampings, see cost.json"
+_PRINTED = f"{ESTIMATE} from material, the printer's hours and work by hand, see cost.json"
 _LEFT_OUT = ("assembly", "electronics and motor drives", "inspection", "freight", "tax")
 
 
@@ -86,8 +98,11 @@ def machine_cost(d: Dimensions, assembly: Assembly, clampings: Mapping[str, int]
         if not part.make:
             lines.append(_bought(part.number, count, known.get(part.number) or part_price(part.number)))
             continue
-        work = work_of(part, clampings.get(part.number, 1), shop)
         material = material_id(part)
+        if part.material.process:
+            lines.append(_printed(part, count, material, shop))
+            continue
+        work = work_of(part, clampings.get(part.number, 1), shop)
         todo, stock = making(work, material, shop), known.get(part.number)
         paid = [0.0 if stock is None else stock.of_one(count, machines) for machines in BATCHES]
         units = (
@@ -97,8 +112,17 @@ def machine_cost(d: Dimensions, assembly: Assembly, clampings: Mapping[str, int]
         source = _MADE if stock is None else f"{_MADE}; stock: {stock.source}"
         name = material if material in STOCKS else _OTHER_STOCK
         lines.append(CostLine(part.number, count, True, tuple(units), source, work, todo, name, tuple(paid)))
-    lines += [_bought(one.number, one.quantity, part_price(one.number)) for one in assembly.supplies]
+    lines += [
+        _bought(one.number, one.quantity, known.get(one.number) or part_price(one.number)) for one in assembly.supplies
+    ]
     return Cost(tuple(lines), shop)
+
+
+def _printed(part: Part, count: int, material: str, shop: Rates) -> CostLine:
+    """The line of a printed part: filament or powder, the printer's hours, and what is done by hand."""
+    todo = printing(part, material)
+    units = tuple(round(todo.of_one(count * machines, shop), CENTS) for machines in BATCHES)
+    return CostLine(part.number, count, True, units, _PRINTED, making=todo, stock=material)
 
 
 def _bought(number: str, quantity: int, price: Price) -> CostLine:
@@ -115,6 +139,7 @@ def cost_record(cost: Cost) -> dict[str, Any]:
             "shop": cost.rates.record(),
             "stock": {name: asdict(stock) for name, stock in STOCKS.items()} | {_OTHER_STOCK: asdict(OTHER)},
             "stock_source": f"{ESTIMATE} for cut lengths and a small mill; volume of the part with its allowance",
+            "print": {name: asdict(one) for name, one in PRINTS.items()} | {"material_EUR_kg": PRINTED_EUR_KG},
             "bought_share_by_machines": {str(count): share for count, share in BREAKS.items()},
             "bought_share_source": ESTIMATE,
             "formula": _FORMULA,
