@@ -102,7 +102,8 @@ def print_body(part: Part) -> Any:
     together = [bore for hole in part.holes for bore in hole.bores if bore.reamed_with]
     plugs = [cylinder(bore.diameter_mm, bore.start_mm, _end(bore)) for bore in together]
     solid = fuse(part.solid, *plugs) if plugs else part.solid
-    return one_solid(cut(solid, [tool(bore) for bore in printed_bores(part)]), part.number)
+    tools = [tool(bore) for bore in printed_bores(part)]
+    return one_solid(cut(solid, tools) if tools else solid, part.number)
 
 
 def _end(bore: Bore) -> Triple:
