@@ -44,7 +44,7 @@ def inserts_of(part: Part) -> list[tuple[Bore, Insert]]:
 
 @memoize
 def print_up(part: Part) -> np.ndarray:
-    """Finds the axis of a part that points up as it is printed: that of the six with the least area to support, (3,)."""
+    """Finds the axis of a part that points up as it is printed, (3,): that with the least area to support."""
     ways = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
     overhangs = [overhang_mm2(part, up) for up in ways]
     beds = [_bed_mm2(part, up) for up in ways]

@@ -57,7 +57,8 @@ def supplies(d: Dimensions) -> tuple[Consumable, ...]:
         ),
         Consumable(
             "tube_adhesive",
-            f"{bond.description}: {ends} spigots in their tubes, {ends} shells in their cups{in_bosses}, both sides sanded",
+            f"{bond.description}: {ends} spigots in their tubes, {ends} shells in their cups{in_bosses}, "
+            "both sides sanded",
             1,
             "Epoxy",
             0.0,

@@ -63,7 +63,11 @@ def process_fault(hardware: Hardware) -> tuple[str, str, str] | None:
         if number not in PRINTABLE:
             return field, process, f"is no part that can be printed; these can: {', '.join(PRINTABLE)}"
         if process == "printed" and hardware.drive == "capstan" and number in NOT_WITH_CAPSTAN:
-            return field, process, "carries the capstan's bearings and is cut; with hardware.drive = direct it may be printed"
+            return (
+                field,
+                process,
+                "carries the capstan's bearings and is cut; with hardware.drive = direct it may be printed",
+            )
     rows = {key: row for key, row in catalogue.material.rows.items() if row.process}
     if hardware.print_material_id not in rows:
         return "hardware.print_material", hardware.print_material_id, f"must be one of {', '.join(rows)}"

@@ -42,8 +42,8 @@ _LEG_ASIDE_MM = 4.0  # by which a capstan's encoder leg begins further out than 
 _FOOT_EDGE_MM = 4.5  # of a foot's dowels: as far apart as a wall of a diameter leaves them
 _FOOT_SCREWS_MM = 12.0, 16.5  # of a foot's screws to the cheeks, and to the base, from either of its ends
 _PRINTED_FOOT_MM = 4.3, 9.45, 16.38
-"""The same of a printed foot or plate, its dowels first: inserts M3 and M4 have the plastic around them that their maker
-asks (4.0 and 5.6 mm of hole, 1.6 and 2.1 of wall), and 1.2 mm are left between counterbores of 8."""
+"""The same of a printed foot or plate, its dowels first: around inserts M3 and M4 is the plastic that their maker asks
+(4.0 and 5.6 mm of hole, 1.6 and 2.1 of wall), and 1.2 mm are left between counterbores of 8."""
 _FOOT_INSIDE_MM = 12.0  # least distance of its inner end from the base's centre: room for the neighbours' and a hole
 PLATE_RIM_MM = 4.0  # base plate beyond the feet
 HEIGHTS = 33  # of a motor at which the room beside it is looked at

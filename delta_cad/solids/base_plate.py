@@ -43,7 +43,9 @@ def make_base_plate(d: Dimensions) -> Part:
     boring.add(f"{screw.clearance_hole_mm:g} through, foot blocks", rest)
     heads = [sunk(along_z(screw.counterbore_diameter_mm, at, (low, seat))) for at in screws]
     boring.add(f"counterbore {screw.counterbore_depth_mm:g} deep from below", heads)
-    how = "" if is_base_slotted(d) else f", drilled {PREDRILLED_MM:g}, opened and reamed with the foot blocks at assembly"
+    how = (
+        "" if is_base_slotted(d) else f", drilled {PREDRILLED_MM:g}, opened and reamed with the foot blocks at assembly"
+    )
     pins = base_dowels(d, (along_z(DOWEL_MM, at, through) for at in dowels))
     boring.add(f"{DOWEL_MM:g} H7 through, dowels{how}", pins)
     if d.has_feet:

@@ -207,6 +207,8 @@ def _block_zone_mm(d: Dimensions) -> float:
     and gives way the other way by its turn about it.
     """
     row, located = catalogue.screw(BLOCK_SCREW), _cheek_locators(d)
+    if _reamed_together(d, "motor_cheek", "encoder_cheek", "foot_block"):  # nothing but the screws locates them
+        return screw_zone_mm(row.clearance_hole_mm, row.diameter_mm)
     taken = max(located.shift_mm(at) for at in cheek_screw_positions(d))
     if d.capstan is not None:
         taken = max(taken, located.shift_mm((0.0, 0.0), np.array([[0.0, 1.0], [0.0, -1.0]])))
@@ -216,6 +218,8 @@ def _block_zone_mm(d: Dimensions) -> float:
 def base_zone_mm(d: Dimensions) -> float:
     """Zone of the screws between base plate and foot blocks, which two pins locate."""
     row, b = catalogue.screw(BASE_SCREW), d.bracket
+    if not is_base_slotted(d):
+        return screw_zone_mm(row.clearance_hole_mm, row.diameter_mm)
     first, second = ((u, 0.0) for u in b.base_dowel_u_mm)
     located = pair(first, second, PLACE_MM)
     taken = max(located.shift_mm((u, 0.0)) for u in b.base_screw_u_mm)
@@ -229,7 +233,7 @@ def _reamed_together(d: Dimensions, *parts: str) -> bool:
 
 def _to_the_block(d: Dimensions, boring: Boring, ends: tuple[float, float], number: str) -> None:
     """Adds a cheek's bores for the screws and dowels into the foot block, from its outer face to its inner one."""
-    reamed = number == "encoder_cheek" and d.capstan is not None or _reamed_together(d, number, "foot_block")
+    reamed = (number == "encoder_cheek" and d.capstan is not None) or _reamed_together(d, number, "foot_block")
     block, screws, (outside, inside) = catalogue.screw(BLOCK_SCREW), cheek_screw_positions(d), ends
     sink = cheek_screw_sink_mm(d, abs(outside - inside))
     seat = outside + (sink if inside > outside else -sink)

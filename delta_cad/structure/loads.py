@@ -197,7 +197,13 @@ def loads(
         bent = given.hub * h.arm_1_mm3[0] + given.torque * h.arm_1_mm3[1]
         add("printed arm", bent, h.arm_N_mm2, "N/mm^2", f"tilt and torque in its root, 6 M / (b h^2); {layers}")
     if h.grip_N_mm is not None:
-        add("printed arm's grip", given.torque, h.grip_N_mm, "N mm", "torque on the motor's shaft; what of the clamp is left after creep, friction of its two halves, F mu d")
+        add(
+            "printed arm's grip",
+            given.torque,
+            h.grip_N_mm,
+            "N mm",
+            "torque on the motor's shaft; what of the clamp is left after creep, friction of its two halves, F mu d",
+        )
     if h.spoke_1_mm3 is not None:
         bent = (given.elbow + given.rod * 2.0 * table.spoke_up_mm) * h.spoke_1_mm3
         bent = bent + given.rod * 2.0 * table.geometry.platform_radius * MM_PER_M * h.spoke_1_mm3

@@ -303,7 +303,9 @@ def allowables(d: Dimensions) -> Allowables:
         arm_1_mm3=_arm_1_mm3(d) if d.is_printed("upper_arm") else None,
         arm_N_mm2=lasting_N_mm2(d, "upper_arm"),
         grip_N_mm=_PRINT_FRICTION * clamping * d.arm.shaft_bore_mm if d.is_printed("upper_arm") else None,
-        spoke_1_mm3=6.0 / (2.0 * d.platform.hub_radius_mm * d.platform.plate_mm**2) if d.is_printed("platform") else None,
+        spoke_1_mm3=6.0 / (2.0 * d.platform.hub_radius_mm * d.platform.plate_mm**2)
+        if d.is_printed("platform")
+        else None,
         spoke_N_mm2=lasting_N_mm2(d, "platform"),
         sector_mm=None if capstan is None else d.arm.dowel_circle_mm / 2,
         sector_pins=len(d.arm.dowel_angles_rad),
@@ -327,7 +329,7 @@ def allowables(d: Dimensions) -> Allowables:
 
 
 def _arm_1_mm3(d: Dimensions) -> tuple[float, float]:
-    """Stress in the rectangle of an upper arm's root for 1 N mm of tilt, over its thickness, and of torque, over its height."""
+    """Stress in the rectangle of an upper arm's root for 1 N mm: of tilt, and of torque about the shoulder."""
     thick, high = d.layers.arm_mm[1] - d.layers.arm_mm[0], 2.0 * d.arm.beam_root_radius_mm
     return 6.0 / (high * thick**2), 6.0 / (thick * high**2)
 

@@ -265,7 +265,9 @@ def with_direct_drive(design: Design, row: catalogue.Motor) -> Design:
         DesignError: The design file refuses it.
     """
     data, torque = design_to_dict(design), DIRECT_EFFICIENCY * row.nominal_torque_N_m
-    kept = {name: value for name, value in data["hardware"].items() if name not in ("capstan_ratio", "sector_radius_mm")}
+    kept = {
+        name: value for name, value in data["hardware"].items() if name not in ("capstan_ratio", "sector_radius_mm")
+    }
     data["hardware"] = kept | {"motor": row.id, "drive": "direct"}
     if row.encoder_counts_per_turn is None:
         data["hardware"].pop("encoder_at", None)
@@ -308,7 +310,7 @@ def direct_alternative(brief: DesignBrief, design: Design) -> str:
         held = stiffness(dimensions(machine), _COARSE).least_N_mm
         changed = "".join(f", {field} {value:.4g}" for field, value in other.values.items() if isinstance(value, float))
         return (
-            f"A direct drive is simpler and serves, too: with {row.id} about {price:.0f} EUR and {held:.3g} N/mm at the "
-            f"knob, by closed forms, not built{changed}."
+            f"A direct drive is simpler and serves, too: with {row.id} about {price:.0f} EUR and {held:.3g} N/mm at "
+            f"the knob, by closed forms, not built{changed}."
         )
     return "A direct drive does not serve: closed forms refuse every motor of the catalogue near these lengths."

@@ -36,7 +36,7 @@ class MaterialData(CatalogueRow):
     deflection_temperature_C: Quantity | None = None
 
     def fault(self) -> str:
-        """Says that it is printed by no known process, or that a figure of a printed part is missing or of a cut one."""
+        """Says that no known process prints it, or that a figure of printed parts is missing, or there for cut ones."""
         if self.process not in ("", "fdm", "sls"):
             return f"process = {self.process}: must be fdm or sls, or empty for a material that is cut"
         printed = self.creep_modulus_Pa, self.layer_strength_Pa, self.deflection_temperature_C

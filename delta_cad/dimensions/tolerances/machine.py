@@ -29,7 +29,6 @@ from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, TILT_MARGIN_
 from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.layers import BOARD_STAND_OFF_MM, SPAN_MM
 from delta_cad.dimensions.tolerances import (
-    BAR_WIDER_UM,
     BOARD_THREADS_MM,
     BOARD_ZONE_MM,
     COAXIAL_MM,
@@ -44,6 +43,7 @@ from delta_cad.dimensions.tolerances import (
     SQUARE_MM,
     TILT_RAD,
     WIDTH_MM,
+    bar_bore,
     deviations_um,
     minutes,
     working_mm,
@@ -386,10 +386,10 @@ def _along(d: Dimensions) -> list[Link]:
     ]
 
 
-def _bar_mm(d: Dimensions) -> float:
-    """Radial play of a bonded cross-bar, mm: it hardens anywhere in its bore."""
+def _bar_mm(d: Dimensions, number: str) -> float:
+    """Radial play of a cross-bar that is bonded in a part, mm: it hardens anywhere in its bore."""
     bar = -deviations_um("h6", d.forearm.bar_diameter_mm)[0]
-    return BAR_GLUE_MM + (BAR_WIDER_UM + bar) / 2000.0
+    return BAR_GLUE_MM + (bar_bore(d.is_printed(number))[0] + bar) / 2000.0
 
 
 def _arm(d: Dimensions) -> list[Link]:
@@ -397,7 +397,7 @@ def _arm(d: Dimensions) -> list[Link]:
     return [
         either_way("upper_arm", "bar's bore from the shaft's", "place", place_mm(d, "upper_arm") / 2.0),
         either_way("upper_arm", "on its shaft", "fit", (bore + shaft) / 2000.0),
-        either_way("cross_bar", "in its bond", "set", _bar_mm(d)),
+        either_way("cross_bar", "in its bond", "set", _bar_mm(d, "upper_arm")),
     ]
 
 
@@ -411,7 +411,7 @@ def _rod() -> list[Link]:
 def _wrist(d: Dimensions) -> list[Link]:
     return [
         either_way("platform", "place of a bar's bore", "place", place_mm(d, "platform") / 2.0),
-        either_way("cross_bar", "in its bond", "set", _bar_mm(d)),
+        either_way("cross_bar", "in its bond", "set", _bar_mm(d, "platform")),
     ]
 
 

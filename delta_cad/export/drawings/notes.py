@@ -84,15 +84,16 @@ def notes_of(part: Part, features: Features, front: Frame, held: Controlled) -> 
 
 
 def print_notes(part: Part) -> list[str]:
-    """What a printer needs beside the file to print: orientation, infill, what is done after it; threads are inserts."""
+    """What a printer needs beside the file to print: orientation, infill, inserts, what is done after it."""
     up = print_up(part)
     axis = f"{'-' if up.min() < -0.5 else '+'}{'XYZ'[int(np.abs(up).argmax())]}"
     notes = [
-        f"Print {part.number}.3mf as it stands, {axis} of the STEP file up, solid, layers 0.2; holes are compensated there.",
-        "Lengths without a tolerance: ±0.2, above 100 mm ±0.2 %. Fits: printed narrower and reamed.",
+        f"Print {part.number}.3mf as it stands, {axis} of the STEP file up; solid, layers of 0.2.",
+        "Its holes are wider there by what they shrink.",
+        "Bores with a fit come out narrower and are reamed.",
     ]
-    if kinds := sorted({row.description for _, row in inserts_of(part)}):
-        notes.append(f"Threads are {' and '.join(kinds)}, melted in flush.")
+    if inserts_of(part):
+        notes.append("Each thread is a heat-set insert of the item list, melted in flush.")
     return notes
 
 

@@ -66,7 +66,9 @@ def test_a_capstans_cheek_that_is_to_be_printed_is_refused() -> None:
         design("best.json", processes={"motor_cheek": "printed"})
 
 
-@pytest.mark.parametrize("row", [row for row in catalogue.material.rows.values() if row.process], ids=lambda row: row.id)
+@pytest.mark.parametrize(
+    "row", [row for row in catalogue.material.rows.values() if row.process], ids=lambda row: row.id
+)
 def test_a_printed_materials_figures_are_in_order(row: catalogue.MaterialData) -> None:
     assert row.creep_modulus_Pa is not None
     assert row.layer_strength_Pa is not None

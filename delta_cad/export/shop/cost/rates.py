@@ -107,10 +107,10 @@ class Print:
 
 
 PRINTS = {"fdm": Print(0.75, 25_000.0), "sls": Print(12.0, 60_000.0)}
-"""Process -> how it prints. Source: 0.75 EUR an hour below 5 h (formlab.schoolofarts.be, how much does FDM printing cost,
-read 2026-11-28); 25 cm^3 an hour of a 0.4 mm nozzle, hours of powder and what work takes from memory: check."""
+"""Process -> how it prints. Source: 0.75 EUR an hour below 5 h (formlab.schoolofarts.be, how much does FDM printing
+cost, read 2026-11-28); 25 cm^3 an hour of a 0.4 mm nozzle, hours of powder and what work takes from memory: check."""
 PRINTED_EUR_KG = {"petg-fdm": 25.0, "pla-fdm": 20.0, "pa-cf-fdm": 70.0, "pa12-sls": 90.0}
-"""Id of a printed material -> its price; a university's shop takes 0.032 EUR a gram of PLA with its margin (the same)."""
+"""Id of a printed material -> its price; the shop of that page takes 0.032 EUR for a gram of PLA."""
 OTHER = Stock(20.0, 5_000.0)
 BREAKS = {1: 1.0, 10: 0.9, 100: 0.75}
 """Machines made at once -> share of the single price that bought parts cost then."""

@@ -64,7 +64,9 @@ def test_a_level_hole_bridges_itself_and_a_wide_one_does_not() -> None:
         return overhang_mm2(block(boring, 20.0), np.array([1.0, 0.0, 0.0]))
 
     assert tunnel(6.0) == 0.0
-    assert tunnel(12.0) == pytest.approx(pi / 4.0 * 12.0 * 20.0, rel=0.05)  # a quarter of its wall is flatter than 45 deg
+    assert tunnel(12.0) == pytest.approx(
+        pi / 4.0 * 12.0 * 20.0, rel=0.05
+    )  # a quarter of its wall is flatter than 45 deg
 
 
 def test_the_body_to_print_has_the_inserts_hole_and_wider_clearance_holes() -> None:
