@@ -1,4 +1,4 @@
-"""The gallery of docs/: pictures and figures of five machines, read off their builds; none is typed.
+"""The gallery of docs/: pictures and figures of six machines, read off their builds; none is typed.
 
     python -m scripts.gallery [DIR]   # builds what does not stand in DIR (out) yet, and writes docs/gallery
 
@@ -25,6 +25,7 @@ DESIGNS = (
     PLACE / "direct-83.json",
     PLACE / "desk-150.json",
     PLACE / "pocket-40.json",
+    PLACE / "maker-60.json",
 )
 WORDS = {
     "dashboard-joystick": "The committed design: a joystick for a dashboard",
@@ -32,6 +33,7 @@ WORDS = {
     "direct-83": "A direct drive",
     "desk-150": "A desktop device",
     "pocket-40": "A small one",
+    "maker-60": "A printed one, with gimbal motors",
 }
 FIGURES = {
     "force, continuous": ("force_N", "N"),

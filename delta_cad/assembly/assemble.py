@@ -6,6 +6,7 @@ noticed.
 
 from __future__ import annotations
 
+from collections import Counter
 from math import pi, sqrt
 
 import numpy as np
@@ -41,7 +42,7 @@ from delta_cad.assembly.leads import place_leads
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.panel import place_panel, place_sleeves
 from delta_cad.assembly.sequence import assembly_sequence
-from delta_cad.assembly.supplies import supplies
+from delta_cad.assembly.supplies import inserts, supplies
 from delta_cad.dimensions import Dimensions, link_placement
 from delta_cad.dimensions.bracket import board_screw
 from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, EYE_GLUE_MM, LINER_GLUE_MM, TUBE_GLUE_MM
@@ -136,7 +137,7 @@ def _bracket(builder: AssemblyBuilder, i: int) -> None:
     sunk, filled = brackets.base_pin_mm(d)
     for k, u in enumerate(b.base_dowel_u_mm):
         bottom = d.stand(i) @ at(u, middle, d.base.top_mm - sunk)
-        held = ("base_plate",) if k else (block, "base_plate")  # the second stands in a slot of the block
+        held = ("base_plate",) if k and brackets.is_base_slotted(d) else (block, "base_plate")
         builder.pin(f"base_dowel_{i}_{k}", filled, "base", bottom, *held, path=UP)
 
     stop, end = builder.dowel("4", brackets.stop_pin_length_mm(d)), brackets.stop_end_mm(d)
@@ -210,7 +211,8 @@ def _arm(builder: AssemblyBuilder, i: int) -> None:
         held.append(seated(f"bearing_{i}_e", on_ring, "shaft's head on the inner ring"))
         held.append(pressed(arm, face - d.layers.bearings_mm[0][1] - CHAMFERS_MM, "arm on the shaft"))
         held.append(pressed(f"sector_{i}", d.capstan.web_y_mm[1] - face - CHAMFERS_MM, "sector on the shaft"))
-    builder.put(shaft, builder.made(make_shoulder_shaft), arm, np.eye(4), *held, path=IN, frame=of)
+    if d.capstan is not None or d.sensed_at_shoulder:  # else there is no magnet to carry
+        builder.put(shaft, builder.made(make_shoulder_shaft), arm, np.eye(4), *held, path=IN, frame=of)
     if d.sensed_at_shoulder:
         magnet, board, least = f"encoder_magnet_{i}", f"encoder_board_{i}", d.encoder.air_gap_min_mm
         in_shaft = pressed(shaft, 0.9 * d.magnet.thickness_mm, "magnet bonded in the shaft", GLUE_MM)
@@ -360,7 +362,8 @@ def assemble(d: Dimensions, progress: Progress = lambda _: None) -> Assembly:
         _rods(builder, i)
     _platform(builder)
     dashboard = place_panel(builder)
-    bought = supplies(d)
+    counts = Counter(o.part for o in builder.occurrences if o.part.make and o.part.material.process)
+    bought = (*supplies(d), *inserts(counts.items()))
     return Assembly(
         name=d.design.name,
         occurrences=tuple(builder.occurrences),

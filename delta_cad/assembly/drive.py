@@ -80,7 +80,8 @@ def place_direct(builder: AssemblyBuilder, i: int) -> None:
     clamped = d.layers.arm_mm[1] - (d.layers.motor_face_mm - m.shaft_length_mm)
     least = min(clamped, m.shaft_diameter_mm / 2)
     builder.connect(motor, pressed(arm, least, "the arm is clamped on the motor's shaft"))
-    builder.gap(f"shoulder_shaft_{i}", motor, 0.3, "end of the motor's shaft before the stub, 0.5 mm by design")
+    if d.sensed_at_shoulder:
+        builder.gap(f"shoulder_shaft_{i}", motor, 0.3, "end of the motor's shaft before the stub, 0.5 mm by design")
     for screw in _motor_screws(builder, i):
         builder.gap(arm, screw, NEXT_TO_MM, "turns beside the sunk heads, 1.4 mm by design")
     for k in range(len(d.bracket.stop_pins_mm)):

@@ -19,6 +19,7 @@ from delta_cad import catalogue
 from delta_cad.assembly.builder import DOWN, IN, OUT, AssemblyBuilder, straight
 from delta_cad.assembly.machine import Insertion, Step, Unit
 from delta_cad.assembly.supplies import BAR_ADHESIVE
+from delta_cad.design.process import any_printed
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import SET_SCREW, TENSION_SCREW, SET_TORQUE_N_m
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
@@ -40,10 +41,11 @@ from delta_cad.dimensions.tolerances.zero import (
 from delta_cad.mechanism import joint_angles
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.bought_parts import CORD_SLACK_MM
-from delta_cad.solids.brackets import base_pin_mm, cheek_dowel_depth_mm
+from delta_cad.solids.brackets import base_pin_mm, cheek_dowel_depth_mm, is_slotted
 from delta_cad.solids.part import Consumable
 
 STEPS = Path(__file__).with_name("sequence.toml")
+_MELT_C = 230.0  # of the iron that sets inserts: above what PETG and polyamide soften at; from memory
 _PATHS = {"IN": IN, "OUT": OUT, "DOWN": DOWN, "INWARDS": straight(-1.0, 0.0, 0.0)}
 
 
@@ -75,8 +77,13 @@ def _conditions(d: Dimensions) -> dict[str, bool]:
         "even": d.design.geometry.three_fold and not d.design.workspace.centre_x,
         "alike": d.design.geometry.three_fold,
         "off_axis": bool(d.design.workspace.centre_x),
+        "printed": any_printed(d.design.hardware),
+        "printed_bosses": d.is_printed("upper_arm") or d.is_printed("platform"),
+        "slotted": is_slotted(d, "m", 1),
+        "boards": bool(d.motor.drive_board),
     }
     names = {"direct": "capstan", "own_encoder": "sensor", "no_slot": "slot"}
+    names |= {"cut_bosses": "printed_bosses", "reamed": "slotted"}
     names |= {"no_stud": "stud", "no_sleeves": "sleeves", "uneven": "even", "not_alike": "alike"}
     return holding | {name: not holding[of] for name, of in names.items()}
 
@@ -118,6 +125,7 @@ def _values(d: Dimensions) -> dict[str, Any]:
         "off_mm": abs(cube.centre_x_mm or 0.0),
         "off_way": "towards" if (cube.centre_x_mm or 0.0) > 0.0 else "away from",
         "template": TEMPLATE,
+        "melt_C": _MELT_C,
         "wrist_mark": WRIST_MARK,
     }
     if d.sensed_at_shoulder:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
+
 from delta_cad import catalogue
+from delta_cad.assembly.printing import inserts_of
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import SET_SCREW
 from delta_cad.dimensions.forearm import TUBE_ADHESIVE
@@ -12,7 +16,7 @@ from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.bought_parts import CORD_MM, CORD_SLACK_MM, cord_mm
 from delta_cad.solids.brackets import key_way_mm
 from delta_cad.solids.making import ordered
-from delta_cad.solids.part import Consumable
+from delta_cad.solids.part import Consumable, Part
 
 BAR_ADHESIVE = "loctite-638"
 _KEY_OUT_MM = 3.0  # of a key's bend beyond the cheeks' edge, at least
@@ -37,6 +41,9 @@ def supplies(d: Dimensions) -> tuple[Consumable, ...]:
     ends = each * len(SIDES)
     free, cord = cord_mm(d.forearm)
     bond, bar = catalogue.adhesive(TUBE_ADHESIVE), catalogue.adhesive(BAR_ADHESIVE)
+    plastic = d.is_printed("upper_arm") or d.is_printed("platform")  # on which an anaerobic does not harden
+    in_bosses = f", {each} cross-bars in their printed bosses" if plastic else ""
+    by_bar = f"{ends} balls on their studs" + ("" if plastic else f", {each} cross-bars in their bosses")
     return (
         Consumable(
             "rod_cord",
@@ -50,7 +57,8 @@ def supplies(d: Dimensions) -> tuple[Consumable, ...]:
         ),
         Consumable(
             "tube_adhesive",
-            f"{bond.description}: {ends} spigots in their tubes, {ends} shells in their cups, both sides sanded",
+            f"{bond.description}: {ends} spigots in their tubes, {ends} shells in their cups{in_bosses}, "
+            "both sides sanded",
             1,
             "Epoxy",
             0.0,
@@ -58,7 +66,7 @@ def supplies(d: Dimensions) -> tuple[Consumable, ...]:
         ),
         Consumable(
             "bar_adhesive",
-            f"{bar.description}: {ends} balls on their studs, {each} cross-bars in their bosses; with primer",
+            f"{bar.description}: {by_bar}; with primer",
             1,
             "",
             0.0,
@@ -74,8 +82,33 @@ def supplies(d: Dimensions) -> tuple[Consumable, ...]:
             "silicone or PAO grease with PTFE",
             _GREASE_SOURCE,
         ),
+        *drive_boards(d),
         *keys(d),
         *mounts(d),
+    )
+
+
+def drive_boards(d: Dimensions) -> tuple[Consumable, ...]:
+    """Lists the drive boards that are bought with the motors; none where their row names none."""
+    if not d.motor.drive_board:
+        return ()
+    row = catalogue.drive_board(d.motor.drive_board)
+    return (Consumable("drive_board", row.description, len(CHAINS), "", 0.0, **ordered(row)),)
+
+
+def inserts(parts: Iterable[tuple[Part, int]]) -> tuple[Consumable, ...]:
+    """Lists the inserts of printed parts; they are weighed with the parts, as the plastic in whose place they are.
+
+    Args:
+        parts: Parts of a machine, each with its quantity.
+    """
+    counts = Counter[str]()
+    for part, quantity in parts:
+        for _, row in inserts_of(part):
+            counts[row.id] += quantity
+    rows = ((catalogue.insert(key), count) for key, count in sorted(counts.items()))
+    return tuple(
+        Consumable(f"insert_{row.thread}", row.description, count, "Brass", 0.0, **ordered(row)) for row, count in rows
     )
 
 

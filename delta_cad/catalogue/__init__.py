@@ -15,9 +15,11 @@ from delta_cad.catalogue import families
 from delta_cad.catalogue.families.ball import Ball, ball
 from delta_cad.catalogue.families.bearing import Bearing, bearing
 from delta_cad.catalogue.families.cable import Cable, cable
+from delta_cad.catalogue.families.drive_board import DriveBoard, drive_board
 from delta_cad.catalogue.families.encoder import Encoder, encoder
 from delta_cad.catalogue.families.fasteners.adhesive import Adhesive, adhesive
 from delta_cad.catalogue.families.fasteners.dowel import Dowel, dowel
+from delta_cad.catalogue.families.fasteners.insert import Insert, insert
 from delta_cad.catalogue.families.fasteners.screws import Screw, SetScrew, low_screw, screw, set_screw
 from delta_cad.catalogue.families.fasteners.spacer import Spacer, spacer, stock_spacer
 from delta_cad.catalogue.families.foot import Foot, foot

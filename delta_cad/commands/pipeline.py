@@ -330,7 +330,9 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: _Prog
     Returns:
         The content fingerprint of `assembly.step`.
     """
+    from delta_cad.assembly.printing import print_mesh
     from delta_cad.export.drawings.part.controlled import controlled
+    from delta_cad.export.meshes import write_3mf
     from delta_cad.export.shop.jigs import jig_rows
     from delta_cad.export.step import write_assembly_step, write_part_step  # load the CAD kernel
 
@@ -345,6 +347,8 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: _Prog
             progress(f"parts/{part.number}")
             own = held.get(part.number)
             write_part_step(part, parts / f"{part.number}.step", schema, general, own, d.design.drawn_revision)
+        if part.make and part.material.process:
+            write_3mf(print_mesh(part), parts / f"{part.number}.3mf", part.number, part.description, part.material.name)
     progress("tables")
     unit_mass = {number: body["mass_kg"] for number, body in machine.masses["parts"].items()}
     rows = bill_of_materials(assembly, unit_mass, cost)

@@ -18,6 +18,7 @@ from delta_cad import catalogue
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.common.refusal import RefusedError, bounds_of, meant, not_finite, short, unknown_key
 from delta_cad.design.cross_field_rules import contradictions
+from delta_cad.design.process import process_fault
 from delta_cad.design.record import (
     FOLDER_LONGEST,
     HARDWARE_FAMILIES,
@@ -123,6 +124,7 @@ def design_from_dict(
         raise DesignError(file, "", "", "is nested too deep") from None
     _check_catalogue(design.hardware, file)
     _check_drive(design.hardware, file)
+    _check_process(design.hardware, file)
     if faults := contradictions(design):
         first, *more = [DesignError(file, fault.field, short(fault.value), fault.allowed) for fault in faults]
         first.more, first.design = tuple(map(str, more)), design
@@ -211,6 +213,7 @@ def hardware_from_dict(
     _check_catalogue(hardware, file)
     if drive_fits:
         _check_drive(hardware, file)
+        _check_process(hardware, file)
     return hardware
 
 
@@ -307,6 +310,8 @@ def _allowed(loc: tuple[int | str, ...], sections: _Sections = SECTIONS) -> str:
         return 'must be "bent" or "none"'
     if name == "encoder_at":
         return 'must be "shoulder" or "motor"'
+    if name in ("process", "processes"):
+        return 'must be "machined" or "printed"' if name == "process" else 'must be {"PART": "machined" or "printed"}'
     if name in HARDWARE_FAMILIES and model is Hardware:
         return f"must be one of {', '.join(catalogue.family(name))}"
     info = model.model_fields.get(name)
@@ -369,3 +374,10 @@ def _check_drive(hardware: Hardware, file: str) -> None:
         ]
         allowed = f"has no encoder of its own, which hardware.encoder_at = motor asks for; {', '.join(sensed)} have"
         raise DesignError(file, "hardware.motor", short(hardware.motor), allowed)
+
+
+def _check_process(hardware: Hardware, file: str) -> None:
+    """Refuses a process that a part cannot be made by, and a material that is not printed."""
+    if (fault := process_fault(hardware)) is not None:
+        field, value, allowed = fault
+        raise DesignError(file, field, short(value), allowed)

@@ -85,6 +85,7 @@ def _alike(radii: tuple[float, float, float]) -> tuple[float, float, float] | No
 _Triple = tuple[float, float, float]
 Azimuths = Annotated[_Triple, Field(strict=False), AfterValidator(_mirrored)]
 BaseRadii = Annotated[_Triple, Field(strict=False), AfterValidator(_alike)]
+PRINT_MATERIAL = "petg-fdm"  # of printed parts where a design names none
 FOLDER_LONGEST = 1000  # characters of the name of a folder of own parts
 
 
@@ -190,11 +191,25 @@ class Hardware(Section):
     leads: Literal["bent", "none"] | None = Field(
         default=None, description="bent: the leads of motors and encoders are drawn as they bend, inside the outline"
     )
+    process: Literal["machined", "printed"] | None = Field(
+        default=None, description="of the parts that can be printed; left out: machined"
+    )
+    processes: dict[str, Literal["machined", "printed"]] | None = Field(
+        default=None, description="part number -> its process, where it is another than that of the rest"
+    )
+    print_material: str | None = Field(
+        default=None, description="id in the catalogue of materials of what is printed; left out: petg-fdm"
+    )
     _own_parts: OwnParts | None = PrivateAttr(default=None)
 
     def model_post_init(self, context: Any, /) -> None:
         """Keeps the user's own parts, which who validates the record has read for it."""
         self._own_parts = context
+
+    @property
+    def print_material_id(self) -> str:
+        """Id of the material of what is printed."""
+        return self.print_material or PRINT_MATERIAL
 
     @property
     def own_parts(self) -> OwnParts | None:

@@ -19,6 +19,7 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
+from delta_cad.design.process import is_printed, material_of
 from delta_cad.design.stands import EVEN, Gap, gaps_of
 from delta_cad.dimensions.arm import ArmDimensions, ShaftDimensions, arm_dimensions, shaft_dimensions
 from delta_cad.dimensions.bracket import (
@@ -166,6 +167,14 @@ class Dimensions:
         """Whether the shoulder carries an encoder's board and magnet; else the motors have encoders of their own."""
         return self.design.hardware.encoder_at != "motor"
 
+    def is_printed(self, number: str) -> bool:
+        """Decides whether a part, by its number, is printed."""
+        return is_printed(self.design.hardware, number)
+
+    def material_of(self, number: str) -> str:
+        """Gives the id of the material of a part that may be printed."""
+        return material_of(self.design.hardware, number)
+
     @property
     def board_screws_mm(self) -> list[tuple[float, float]]:
         """(x, z) of the encoder board's screws in the shoulder's frame, the board upright, its plug down; or none."""
@@ -290,7 +299,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes, in
     knob = catalogue.knob.chosen(hardware)
     run = rim = None
     grown = growth(design)
-    arm_mm = max(hardware.arm_thickness_mm, plate_mm(ARM_PLATE_MM, grown))
+    arm_mm = max(hardware.arm_thickness_mm, plate_mm(ARM_PLATE_MM, growth(design, "upper_arm")))
     if hardware.drive == "capstan":
         run = cable_run(hardware.sector_radius_mm, hardware.capstan_ratio, shoulder, cable)
         clear = design.requirements.clearance_min_mm
@@ -306,7 +315,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes, in
         preload_mm=spring_mm,
         encoder=encoder,
         motor=motor,
-        grown=grown,
+        grown=growth(design, "motor_cheek"),
     )
     place = None
     if run is None or rim is None:
@@ -337,6 +346,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes, in
         peak_N=largest_force_N(required),
         wrist_boss_mm=hardware.platform_thickness_mm,
         gaps=gaps,
+        printed_eyes=is_printed(hardware, "rod_eye"),
     )
     behind = _behind_mm(gaps, mechanism.base_radius_mm + mechanism.upper_arm_length_mm)
     behind += gaps[0].sine / 2 * mechanism.parallelogram_width_mm + forearm.cup_radius_mm
@@ -358,6 +368,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes, in
             clearance_mm=design.requirements.clearance_min_mm,
             leg_least_mm=leg_least_mm,
             gaps=gaps,
+            printed=is_printed(hardware, "foot_block") or is_printed(hardware, "base_plate"),
         )
 
     def drive_at(run: CableRun | None, direction: float) -> tuple[CapstanDimensions | None, BracketDimensions]:
@@ -422,7 +433,14 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes, in
         require_room_for_boss(arm, bracket, shoulder, stack, board)
     motors_behind = _behind_mm(gaps, bracket.motor_axis_mm[0] + motor.diameter_mm / 2)
     motors_behind += gaps[0].sine * (face + motor.length_mm)
-    platform = platform_dimensions(mechanism.platform_radius_mm, hardware.platform_thickness_mm, forearm, knob, grown)
+    platform = platform_dimensions(
+        mechanism.platform_radius_mm,
+        hardware.platform_thickness_mm,
+        forearm,
+        knob,
+        growth(design, "platform"),
+        grown,
+    )
     if (panel := panel_dimensions(design, platform, forearm.cup_radius_mm)) is not None:
         platform = replace(platform, stem_length_mm=panel.stem_length_mm)
     base = base_dimensions(

@@ -40,6 +40,10 @@ MESHES_MM = (
 _FOOT_MM = (-17.0, 25.0)  # inner and outer end of the foot from the shoulder, where the arm leaves it room
 _LEG_ASIDE_MM = 4.0  # by which a capstan's encoder leg begins further out than its head: the neighbour's motor is there
 _FOOT_EDGE_MM = 4.5  # of a foot's dowels: as far apart as a wall of a diameter leaves them
+_FOOT_SCREWS_MM = 12.0, 16.5  # of a foot's screws to the cheeks, and to the base, from either of its ends
+_PRINTED_FOOT_MM = 4.3, 9.45, 16.38
+"""The same of a printed foot or plate, its dowels first: around inserts M3 and M4 is the plastic that their maker asks
+(4.0 and 5.6 mm of hole, 1.6 and 2.1 of wall), and 1.2 mm are left between counterbores of 8."""
 _FOOT_INSIDE_MM = 12.0  # least distance of its inner end from the base's centre: room for the neighbours' and a hole
 PLATE_RIM_MM = 4.0  # base plate beyond the feet
 HEIGHTS = 33  # of a motor at which the room beside it is looked at
@@ -278,6 +282,7 @@ def bracket_dimensions(
     clearance_mm: float,
     leg_least_mm: float = 0.0,
     gaps: Sequence[Gap] = EVEN,
+    printed: bool = False,
 ) -> BracketDimensions:
     """Dimensions the bracket of a chain; the base lies as low as motor, sector, elbows and the leg ask for.
 
@@ -298,6 +303,7 @@ def bracket_dimensions(
         clearance_mm: That is asked between what moves and what stands.
         leg_least_mm: How far below the shoulder the encoder's leg must end on its foot, at least.
         gaps: Of the chains.
+        printed: Whether the foot blocks or the base plate are printed.
 
     Raises:
         DimensionError: The arms swing in so far that no room is left for the feet.
@@ -397,6 +403,7 @@ def bracket_dimensions(
         f"{degrees(off_rad):.1f}",
         *another("motor"),
     )
+    dowel, to_cheek, to_base = _PRINTED_FOOT_MM if printed else (_FOOT_EDGE_MM, *_FOOT_SCREWS_MM)
     return BracketDimensions(
         shoulder_u_mm=u,
         head_radius_mm=head,
@@ -408,11 +415,11 @@ def bracket_dimensions(
         foot_u_mm=foot,
         foot_height_mm=_FOOT_HEIGHT_MM,
         base_top_mm=base_top,
-        cheek_screw_u_mm=(foot[0] + 12.0, foot[1] - 12.0),
-        cheek_dowel_u_mm=(foot[0] + _FOOT_EDGE_MM, foot[1] - _FOOT_EDGE_MM),
+        cheek_screw_u_mm=(foot[0] + to_cheek, foot[1] - to_cheek),
+        cheek_dowel_u_mm=(foot[0] + dowel, foot[1] - dowel),
         cheek_screw_z_mm=base_top + _FOOT_HEIGHT_MM / 2,
-        base_screw_u_mm=(foot[0] + 16.5, foot[1] - 16.5),
-        base_dowel_u_mm=(foot[0] + _FOOT_EDGE_MM, foot[1] - _FOOT_EDGE_MM),
+        base_screw_u_mm=(foot[0] + to_base, foot[1] - to_base),
+        base_dowel_u_mm=(foot[0] + dowel, foot[1] - dowel),
         stop_pin_mm=STOP_PIN_MM,
         stop_pins_mm=pins,
     )

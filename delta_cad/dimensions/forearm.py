@@ -44,6 +44,7 @@ BAR_BEYOND_MM = 1.0  # of a cross-bar from the boss that holds it, at least: its
 _STUD_SHOULDER_MM = 0.8  # step from the neck to the bar's cone, radial
 _EYE_Z_MM = 5.5  # and aside of it: the spring's loop passes the ring on the tube
 EYE_WALL_MM = 1.4  # around its hole: a laser leaves 0.7 of the sheet at least
+_PRINTED_EYE_MM = 2.0  # least hole of a printed one
 EYE_PLAY_MM = 0.9  # beside the spring's wire: a cord of 0.5 mm, and room
 EYE_GLUE_MM = 0.09  # radial, eye on its tube: a laser cuts the bore within 0.15 either way, no narrower than the tube
 _EYE_RING_MM = 1.4  # around that bore, likewise
@@ -264,6 +265,7 @@ def forearm_dimensions(
     peak_N: float = 0.0,
     wrist_boss_mm: float = 0.0,
     gaps: Sequence[Gap] = EVEN,
+    printed_eyes: bool = False,
 ) -> ForearmDimensions:
     """Dimensions a parallelogram of a length between ball centres and a width along the shoulder axis.
 
@@ -282,6 +284,7 @@ def forearm_dimensions(
         peak_N: Largest force at the handle; the springs are made for it.
         wrist_boss_mm: Diameter of the platform's bosses, which a thicker platform has, beside its springs.
         gaps: Of the chains.
+        printed_eyes: Whether the springs' eyes are printed.
 
     Raises:
         DimensionError: No such ball; too narrow for the elbow boss that holds the cross-bar, or for any spring; too
@@ -306,7 +309,7 @@ def forearm_dimensions(
     spring = chosen_spring(width_mm - 2 * EYE_MM, EYE_MM, peak_N)
     seat = ball_mm + 2 * CLEARANCE_MM
     coil = spring.mean_diameter_mm + spring.wire_mm
-    eye = spring.wire_mm + EYE_PLAY_MM
+    eye = max(spring.wire_mm + EYE_PLAY_MM, _PRINTED_EYE_MM if printed_eyes else 0.0)
     loop = (spring.mean_diameter_mm - spring.wire_mm) / 2  # radius inside
     shoulder = stem + _NECK_MM
     sway = spring_sway(width_mm, EYE_MM, _EYE_Z_MM, tilt)  # of a spring whose rods lean, and turn about themselves

@@ -147,7 +147,12 @@ class BaseDimensions:
 
 
 def platform_dimensions(
-    radius_mm: float, thickness_mm: float, forearm: ForearmDimensions, knob: catalogue.Knob, grown: float = 1.0
+    radius_mm: float,
+    thickness_mm: float,
+    forearm: ForearmDimensions,
+    knob: catalogue.Knob,
+    grown: float = 1.0,
+    stem_grown: float = 1.0,
 ) -> PlatformDimensions:
     """Dimensions a platform for a wrist radius; the bosses of its cross-bars are as thick as `thickness_mm`.
 
@@ -156,7 +161,8 @@ def platform_dimensions(
         thickness_mm: Of the bosses.
         forearm: Whose cross-bars it carries.
         knob: On its stem.
-        grown: Second moments of plate and stem over those of the least, see `sizes.growth`.
+        grown: Second moment of the plate over that of the least, see `sizes.growth`.
+        stem_grown: The same of the stem.
 
     Raises:
         DimensionError: Too thin around the cross-bars; the cups of neighbouring chains would come within the clearance
@@ -170,7 +176,7 @@ def platform_dimensions(
         f"{thickness_mm:g} mm are too thin around the cross-bar; at least {least:g}",
         larger(PLATFORM_THICKNESS),
     )
-    stem = stem_mm(grown)
+    stem = stem_mm(stem_grown)
     hub = stem / 2 + _STEM_WALL_MM
     require(
         radius_mm >= hub + thickness_mm / 2 + 2.0,

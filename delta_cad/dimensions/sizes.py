@@ -13,6 +13,7 @@ from __future__ import annotations
 from math import ceil
 
 from delta_cad.design import Design
+from delta_cad.design.process import softer
 from delta_cad.design.record import DesignRequirements
 
 _STIFFNESS_N_MM, _ARM_MM = 15.0, 95.0  # for which the least sizes are enough: see above
@@ -34,13 +35,18 @@ def _stiffness_wanted_N_mm(design: Design) -> float:
     return by_force if required.stiffness_min_N_mm is None else max(by_force, required.stiffness_min_N_mm)
 
 
-def growth(design: Design) -> float:
+def growth(design: Design, number: str = "") -> float:
     """Computes by how much second moments grow over those of the least sizes: `k L^3` over the reference's, at least 1.
 
-    The length is the upper arm's: others grow with it.
+    The length is the upper arm's: others grow with it. A printed part grows as much more as its material is softer.
+
+    Args:
+        design: The design.
+        number: Number of a part that may be printed; "": of one that is cut.
     """
     length = design.mechanism.upper_arm_length_mm / _ARM_MM
-    return max(_stiffness_wanted_N_mm(design) / _STIFFNESS_N_MM * length**3, 1.0)
+    times = softer(design.hardware, number) if number else 1.0
+    return max(_stiffness_wanted_N_mm(design) / _STIFFNESS_N_MM * length**3 * times, 1.0)
 
 
 def plate_mm(least_mm: float, grown: float) -> float:

@@ -53,7 +53,8 @@ def results(order: tuple[Assembly, Meshes, Path, Stage | None, _Moves]) -> Itera
         if part.make:
             mesh = meshes[part.number]
             write_stl(mesh, parts / f"{part.number}.stl", part.number)
-            write_3mf(mesh, parts / f"{part.number}.3mf", part.number, part.description, part.material.name)
+            if not part.material.process:  # of what is printed the build writes the body to print, as it stands
+                write_3mf(mesh, parts / f"{part.number}.3mf", part.number, part.description, part.material.name)
     write_glb(assembly, meshes, folder / "assembly.glb")
     masses, drive, stops, gravity, friction = moves
     robot = Robot(assembly, masses["bodies"], drive, stops, friction)

@@ -7,8 +7,9 @@ from math import cos, radians, sin
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
-from delta_cad.solids.boring import Boring, along_z, fitted, placed, sunk, tapped
-from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM, base_zone_mm
+from delta_cad.dimensions.tolerances import PREDRILLED_MM
+from delta_cad.solids.boring import Boring, along_z, placed, sunk, tapped
+from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM, base_dowels, base_zone_mm, is_base_slotted
 from delta_cad.solids.making import GRAPHITE, made_part, material
 from delta_cad.solids.part import Bore, Part
 from delta_cad.solids.primitive import bore_z, cut, edge_break, feature, hull_along_z
@@ -42,7 +43,11 @@ def make_base_plate(d: Dimensions) -> Part:
     boring.add(f"{screw.clearance_hole_mm:g} through, foot blocks", rest)
     heads = [sunk(along_z(screw.counterbore_diameter_mm, at, (low, seat))) for at in screws]
     boring.add(f"counterbore {screw.counterbore_depth_mm:g} deep from below", heads)
-    boring.add(f"{DOWEL_MM:g} H7 through, dowels", (fitted(along_z(DOWEL_MM, at, through), "H7") for at in dowels))
+    how = (
+        "" if is_base_slotted(d) else f", drilled {PREDRILLED_MM:g}, opened and reamed with the foot blocks at assembly"
+    )
+    pins = base_dowels(d, (along_z(DOWEL_MM, at, through) for at in dowels))
+    boring.add(f"{DOWEL_MM:g} H7 through, dowels{how}", pins)
     if d.has_feet:
         boring.add(f"{d.foot.thread} through, feet", _threads(d, through))
     bored(f"{b.mount_hole_mm:g} through, mounting", b.mount_hole_mm, b.mounts_mm)
@@ -56,7 +61,7 @@ def make_base_plate(d: Dimensions) -> Part:
         description += f", shoulder of chain 0 at R {radii[0]:.6g}, of chains 1, 2 at R {radii[1]:.6g}, "
         description += f"at azimuths 0, {first:.6g}, {second:.6g} deg"
     extent = along, across, (low, high)
-    return made_part(number, description, solid, material("aluminium-6082", GRAPHITE), extent, boring.holes)
+    return made_part(number, description, solid, material(d.material_of("base_plate"), GRAPHITE), extent, boring.holes)
 
 
 def _threads(d: Dimensions, through: tuple[float, float]) -> list[Bore]:

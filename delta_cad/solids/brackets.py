@@ -6,6 +6,7 @@ the shoulder axis, z up.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from math import cos, degrees, dist, floor, pi, sin
 
@@ -140,7 +141,19 @@ def cheek_screw_sink_mm(d: Dimensions, thickness_mm: float) -> float:
 
 def is_slotted(d: Dimensions, side: str, k: int) -> bool:
     """Whether a cheek's dowel stands in a slot of the foot block: side "e" or "m", 0 or 1 along it."""
-    return k == 1 and (side == "m" or d.capstan is None)
+    cheek = "motor_cheek" if side == "m" else "encoder_cheek"
+    return k == 1 and (side == "m" or d.capstan is None) and not _reamed_together(d, cheek, "foot_block")
+
+
+def is_base_slotted(d: Dimensions) -> bool:
+    """Whether the second dowel between base plate and foot block stands in a slot of the block."""
+    return not _reamed_together(d, "base_plate", "foot_block")
+
+
+def base_dowels(d: Dimensions, bores: Iterable[Bore]) -> list[Bore]:
+    """The holes of a base plate for the dowels of the foot blocks: reamed, or reamed with the blocks at assembly."""
+    reamed = [fitted(bore, "H7") for bore in bores]
+    return reamed if is_base_slotted(d) else [reamed_with(one, "foot_block", PREDRILLED_MM) for one in reamed]
 
 
 def cheek_dowel_depth_mm(d: Dimensions) -> float:
@@ -195,6 +208,8 @@ def _block_zone_mm(d: Dimensions) -> float:
     and gives way the other way by its turn about it.
     """
     row, located = catalogue.screw(BLOCK_SCREW), _cheek_locators(d)
+    if _reamed_together(d, "motor_cheek", "encoder_cheek", "foot_block"):  # nothing but the screws locates them
+        return screw_zone_mm(row.clearance_hole_mm, row.diameter_mm)
     taken = max(located.shift_mm(at) for at in cheek_screw_positions(d))
     if d.capstan is not None:
         taken = max(taken, located.shift_mm((0.0, 0.0), np.array([[0.0, 1.0], [0.0, -1.0]])))
@@ -204,14 +219,22 @@ def _block_zone_mm(d: Dimensions) -> float:
 def base_zone_mm(d: Dimensions) -> float:
     """Zone of the screws between base plate and foot blocks, which two pins locate."""
     row, b = catalogue.screw(BASE_SCREW), d.bracket
+    if not is_base_slotted(d):
+        return screw_zone_mm(row.clearance_hole_mm, row.diameter_mm)
     first, second = ((u, 0.0) for u in b.base_dowel_u_mm)
     located = pair(first, second, PLACE_MM)
     taken = max(located.shift_mm((u, 0.0)) for u in b.base_screw_u_mm)
     return screw_zone_mm(row.clearance_hole_mm, row.diameter_mm, taken)
 
 
-def _to_the_block(d: Dimensions, boring: Boring, ends: tuple[float, float], reamed: bool = False) -> None:
+def _reamed_together(d: Dimensions, *parts: str) -> bool:
+    """Whether the dowels' holes of two parts are reamed through both at assembly: where either is printed."""
+    return any(map(d.is_printed, parts))
+
+
+def _to_the_block(d: Dimensions, boring: Boring, ends: tuple[float, float], number: str) -> None:
     """Adds a cheek's bores for the screws and dowels into the foot block, from its outer face to its inner one."""
+    reamed = (number == "encoder_cheek" and d.capstan is not None) or _reamed_together(d, number, "foot_block")
     block, screws, (outside, inside) = catalogue.screw(BLOCK_SCREW), cheek_screw_positions(d), ends
     sink = cheek_screw_sink_mm(d, abs(outside - inside))
     seat = outside + (sink if inside > outside else -sink)
@@ -265,7 +288,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
     boring.add(f"{screw.clearance_hole_mm:g} through, motor screws", rest)
     heads = [sunk(along_y(_motor_counterbore_mm(d), at, (inside, seat))) for at in motor_screws]
     boring.add(f"counterbore {seat_depth:g} deep from the arm's side", heads)
-    _to_the_block(d, boring, (outside, inside))
+    _to_the_block(d, boring, (outside, inside), number)
     pins = [(u - b.shoulder_u_mm, height) for u, height in b.stop_pins_mm]
     pressed = [fitted(along_y(b.stop_pin_mm, at, (inside, outside)), "H7", STOP_ZONE_MM) for at in pins]
     boring.add(f"{b.stop_pin_mm:g} H7 through, stop pin pressed in", pressed)
@@ -280,7 +303,7 @@ def make_motor_cheek(d: Dimensions) -> Part:
     solid = feature(number, "bores", "motor, bearing", lambda: cut(body, [*boring.tools, *tools]))
     description = f"motor cheek, plate {outside - inside:g}"
     extent = hull_y(outline, (inside, outside))
-    return made_part(number, description, solid, material("aluminium-6082"), extent, [*boring.holes, *slots])
+    return made_part(number, description, solid, material(d.material_of(number)), extent, [*boring.holes, *slots])
 
 
 def _set_screw_slot(d: Dimensions, c: CapstanDimensions, at: tuple[float, float], outline: list[Circle]) -> cq.Shape:
@@ -348,7 +371,7 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     size = board_screw(d.encoder)
     threads = [tapped(along_y(0.0, at, (face, inside)), size, thread if drilled else None) for at in board]
     boring.add(f"{size} {callout}, encoder board", (placed(one, board_zone_mm(d.encoder)) for one in threads))
-    _to_the_block(d, boring, (outside, inside), reamed=d.capstan is not None)
+    _to_the_block(d, boring, (outside, inside), number)
     if d.preload is not None:
         floor = d.layers.bearings_mm[0][0] - d.preload.work_height_mm
         _bearing_seat(d, boring, (inside, floor, face), "H6", "bearing slides, wave spring behind it")
@@ -358,7 +381,7 @@ def make_encoder_cheek(d: Dimensions) -> Part:
     solid = feature(number, "bores", "bearing, encoder", lambda: cut(body, boring.tools))
     extent = hull_y([*leg, *head], (face, inside))
     description = f"encoder cheek, plate {inside - outside:g}, head {inside - face:g}{_reamed(d)}"
-    return made_part(number, description, solid, material("aluminium-6082"), extent, boring.holes)
+    return made_part(number, description, solid, material(d.material_of(number)), extent, boring.holes)
 
 
 def _reamed(d: Dimensions) -> str:
@@ -411,7 +434,7 @@ def make_foot_block(d: Dimensions) -> Part:
     solid = feature(number, "bores", "parallelogram stack", lambda: cut(body, boring.tools))
     extent = (low, high), y, z
     description = f"foot block between the cheeks, {y[1] - y[0]:g} +-{LENGTH_MM:g} wide"
-    return made_part(number, description, solid, material("aluminium-6082"), extent, boring.holes)
+    return made_part(number, description, solid, material(d.material_of(number)), extent, boring.holes)
 
 
 def _block_dowels(d: Dimensions, boring: Boring, y: tuple[float, float], below: tuple[float, float]) -> None:
@@ -428,19 +451,26 @@ def _block_dowels(d: Dimensions, boring: Boring, y: tuple[float, float], below: 
     ends = (low, low + _DOWEL_DEPTH_MM)
     first, second = (along_z(DOWEL_MM, (u - b.shoulder_u_mm, middle), ends) for u in b.base_dowel_u_mm)
     x = (1.0, 0.0, 0.0)
-    boring.add(f"{DOWEL_MM:g} H7 x {_DOWEL_DEPTH_MM:g} from below, dowel", [fitted(blind(first, tip), "H7", 0.0)])
-    slots = [slot(fitted(blind(second), "H7"), x)]
-    sides = {
-        side: [along_y(DOWEL_MM, at, (y[k], y[k] + sense * into)) for at in cheek_dowel_positions(d)]
-        for k, (side, sense) in enumerate((("encoder", 1.0), ("motor", -1.0)))
-    }
-    if d.capstan is not None:
-        reamed = [reamed_with(fitted(blind(pin, tip), "H7"), "encoder_cheek") for pin in sides.pop("encoder")]
-        how = "not before assembly, through the encoder's cheek, reamed with it"
-        boring.add(f"{DOWEL_MM:g} H7 x {into:g} from the encoder's side, {how}", reamed)
-    for side, (round_hole, far) in sides.items():
-        boring.add(f"{DOWEL_MM:g} H7 x {into:g} from the {side}'s side, dowel", [fitted(blind(round_hole, tip), "H7")])
-        slots.append(slot(fitted(blind(far), "H7"), x))
-    long = f"{DOWEL_MM + SLOT_MM:g} long, R{SLOT_CUTTER_MM / 2:g}, their long sides in the line of the dowels"
-    deep = f"{_DOWEL_DEPTH_MM:g} deep from below, {into:g} from {' and '.join(f'the {side}' for side in sides)}'s side"
-    boring.add_slots(f"slot {DOWEL_MM:g} H7 wide, {long}: {deep}", slots)
+    slots = []
+    if is_base_slotted(d):
+        boring.add(f"{DOWEL_MM:g} H7 x {_DOWEL_DEPTH_MM:g} from below, dowel", [fitted(blind(first, tip), "H7", 0.0)])
+        slots.append((f"{_DOWEL_DEPTH_MM:g} deep from below", slot(fitted(blind(second), "H7"), x)))
+    else:
+        reamed = [reamed_with(fitted(blind(pin, tip), "H7"), "base_plate") for pin in (first, second)]
+        how = "not before assembly, through the base plate, reamed with it"
+        boring.add(f"{DOWEL_MM:g} H7 x {_DOWEL_DEPTH_MM:g} from below, {how}", reamed)
+    for k, (side, sense) in enumerate((("encoder", 1.0), ("motor", -1.0))):
+        pins = [along_y(DOWEL_MM, at, (y[k], y[k] + sense * into)) for at in cheek_dowel_positions(d)]
+        if is_slotted(d, side[0], 1):
+            round_hole, far = pins
+            callout = f"{DOWEL_MM:g} H7 x {into:g} from the {side}'s side, dowel"
+            boring.add(callout, [fitted(blind(round_hole, tip), "H7")])
+            slots.append((f"{into:g} from the {side}'s side", slot(fitted(blind(far), "H7"), x)))
+        else:
+            reamed = [reamed_with(fitted(blind(pin, tip), "H7"), f"{side}_cheek") for pin in pins]
+            how = f"not before assembly, through the {side}'s cheek, reamed with it"
+            boring.add(f"{DOWEL_MM:g} H7 x {into:g} from the {side}'s side, {how}", reamed)
+    if slots:
+        long = f"{DOWEL_MM + SLOT_MM:g} long, R{SLOT_CUTTER_MM / 2:g}, their long sides in the line of the dowels"
+        deep = ", ".join(text for text, _ in slots)
+        boring.add_slots(f"slot {DOWEL_MM:g} H7 wide, {long}: {deep}", [one for _, one in slots])

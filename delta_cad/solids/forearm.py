@@ -137,9 +137,11 @@ def make_rod_eye(d: Dimensions) -> Part:
     description = (
         f"spring's eye on a rod, cut from sheet {f.eye_mm:g}, {first:.1f} and {second:.1f} from the elbow's seat centre"
     )
+    if d.is_printed(number):
+        description = description.replace("cut from sheet", "printed,")
     ring = f.eye_ring_mm / 2
     extent = (-half, half), (-max(ring, around - y), ring), (-ring, z + around)
-    return made_part(number, description, solid, material("aluminium-6082"), extent, boring.holes)
+    return made_part(number, description, solid, material(d.material_of(number)), extent, boring.holes)
 
 
 def make_rod_tube(d: Dimensions) -> Part:

@@ -19,7 +19,7 @@ from delta_cad.solids.primitive import one_solid
 def material(key: str, colour: tuple[float, float, float] | None = None) -> Material:
     """Material of a catalogue id; `colour` shows an anodised or painted part."""
     row = catalogue.material(key)
-    return Material(row.description, row.density_kg_m3, colour or row.colour)
+    return Material(row.description, row.density_kg_m3, colour or row.colour, row.process)
 
 
 GRAPHITE = (0.22, 0.23, 0.26)  # anodised colours of the parts that a person tells apart in the pictures

@@ -24,11 +24,15 @@ Extent = tuple[Span | None, Span | None, Span | None]
 
 @dataclass(frozen=True)
 class Material:
-    """Material of a part: name as ordered, density in kg/m^3, display colour as sRGB in 0..1."""
+    """Material of a part: name as ordered, density in kg/m^3, display colour as sRGB in 0..1.
+
+    `process` is how parts of it are printed, "fdm" or "sls"; "" where they are cut.
+    """
 
     name: str
     density_kg_m3: float
     colour: tuple[float, float, float]
+    process: str = ""
 
 
 Triple = tuple[float, float, float]

@@ -12,7 +12,7 @@ from delta_cad.dimensions.platform import (
     STEM_FLATS_Z_MM,
     WRIST_MARK,
 )
-from delta_cad.dimensions.tolerances import BAR_WIDER_UM, PLACE_MM
+from delta_cad.dimensions.tolerances import bar_bore
 from delta_cad.mechanism.placement import CHAINS
 from delta_cad.solids.boring import Boring, along_z, between, placed, tapped, within
 from delta_cad.solids.bought_parts import CORE_PLAY_MM
@@ -63,11 +63,11 @@ def make_platform(d: Dimensions) -> Part:
 
     shape = feature(number, "outline", "platform_radius_mm", body)
     boring, tools = Boring(), list[cq.Shape]()
-    bars = []
+    bars, (wider_um, zone) = [], bar_bore(d.is_printed(number))
     for i in CHAINS:
         u, t = d.turn(i)[:3, 0], d.turn(i)[:3, 1]
         ends = (tuple((r * u + side * t).tolist()) for side in (-half, half))
-        bars.append(placed(within(between(p.bar_bore_mm, *ends), 0.0, BAR_WIDER_UM), PLACE_MM))
+        bars.append(placed(within(between(p.bar_bore_mm, *ends), 0.0, wider_um), zone))
     boring.add(f"{p.bar_bore_mm:g} through each boss, a cross-bar's middle bonded in it", bars)
     boring.add(f"{p.stem_thread} through, handle", [tapped(along_z(0.0, (0.0, 0.0), (top, -top)), p.stem_thread)])
     if p.window_mm:
@@ -86,7 +86,7 @@ def make_platform(d: Dimensions) -> Part:
             f". Three equal arms at {at} deg about the centre, the one at 0 dimensioned and marked {WRIST_MARK}"
         )
     extent = *_reach(d), (-top, top)
-    return made_part(number, description, solid, material("aluminium-7075", BLUE), extent, boring.holes)
+    return made_part(number, description, solid, material(d.material_of("platform"), BLUE), extent, boring.holes)
 
 
 def _reach(d: Dimensions) -> tuple[Span, Span]:

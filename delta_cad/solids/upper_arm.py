@@ -14,13 +14,12 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM, FLATS_LONG_MM, WASHER_MATERIAL, WASHER_MM
 from delta_cad.dimensions.tolerances import (
-    BAR_WIDER_UM,
     LENGTH_MM,
     MAGNET_WIDER_UM,
-    PLACE_MM,
     PREDRILLED_MM,
     PREDRILLED_ZONE_MM,
     END_TORQUE_N_m,
+    bar_bore,
 )
 from delta_cad.solids.boring import Boring, along_y, between, blind, fitted, placed, reamed_with, tapped, within
 from delta_cad.solids.bought_parts import make_stock_spacer
@@ -78,8 +77,9 @@ def make_upper_arm(d: Dimensions) -> Part:
     first = y[0] if d.capstan is None else d.layers.bearings_mm[0][1]  # the collar's end
     shoulder = fitted(along_y(a.shaft_bore_mm, (0.0, 0.0), (first, y[1])), "H7", 0.0)
     boring.add(f"{a.shaft_bore_mm:g} H7 through, {held}, shoulder", [shoulder])
-    bonded = placed(within(along_y(bar, (length, 0.0), boss), 0.0, BAR_WIDER_UM), PLACE_MM)
-    boring.add(f"{bar:g} +{BAR_WIDER_UM / 1000:g}/0 through, cross-bar bonded", [bonded])
+    wider_um, zone = bar_bore(d.is_printed(number))
+    bonded = placed(within(along_y(bar, (length, 0.0), boss), 0.0, wider_um), zone)
+    boring.add(f"{bar:g} +{wider_um / 1000:g}/0 through, cross-bar bonded", [bonded])
     if d.capstan is not None:  # after the edges are broken: the collar's own carries the inner ring
         shape = fuse(shape, bore_y(a.collar_diameter_mm, (0.0, 0.0), (first, y[0] + THROUGH_MM)))
         dowels = [reamed_with_sector(along_y(DOWEL_MM, at, y), "sector") for at in dowel_positions(d)]
@@ -99,7 +99,7 @@ def make_upper_arm(d: Dimensions) -> Part:
     if d.capstan is not None:
         stack = y[1] - d.layers.bearings_mm[0][1]
         description += f", {stack:g} +-{LENGTH_MM:g} from its collar to the sector"
-    return made_part(number, description, solid, material("aluminium-7075", ORANGE), extent, boring.holes)
+    return made_part(number, description, solid, material(d.material_of("upper_arm"), ORANGE), extent, boring.holes)
 
 
 def _clamp(d: Dimensions, boring: Boring) -> list[cq.Shape]:

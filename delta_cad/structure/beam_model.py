@@ -99,6 +99,9 @@ class BeamModel:
         arm: Upper arm from its bore's edge to the elbow; x along it, y along the shoulder axis.
         shoulder: Bearings and cheeks of a capstan's shoulder; None where the motor's own shaft carries the arm.
         stub: The motor's shaft from its face to the arm, of a direct drive; else None.
+        motor_cheek: Printed cheek that carries a direct drive's motor, from the foot block to the shoulder's axis; x
+            up, y along the axis, z inwards. None of a capstan, and where it is cut: metal gives a fiftieth of it.
+        motor_cheek_mm: Place of its middle along the shoulder axis.
         cable: None for a direct drive.
         stud: Stud from the end of its bar to the ball's centre.
         elbow_bar: Cross-bar from the elbow's boss to its end, where the stud begins.
@@ -117,6 +120,8 @@ class BeamModel:
     arm: Beam
     shoulder: _ShoulderBearings | None
     stub: Beam | None
+    motor_cheek: Beam | None
+    motor_cheek_mm: float
     cable: CableSpring | None
     stud: Beam
     elbow_bar: Beam
@@ -135,8 +140,8 @@ def with_new_rope(table: BeamModel) -> BeamModel:
 
 
 def moduli_N_mm2(material: str) -> tuple[float, float]:
-    """Gives Young's and the shear modulus of a material of the catalogue, N/mm^2."""
-    young = catalogue.material(material).youngs_modulus_Pa * 1e-6
+    """Gives Young's and the shear modulus of a material of the catalogue, of what is printed after creep, N/mm^2."""
+    young = catalogue.material(material).design_modulus_Pa * 1e-6
     return young, young / (2.0 * (1.0 + POISSON))
 
 
@@ -157,6 +162,10 @@ def beam_model(d: Dimensions) -> BeamModel:
         arm=_arm(d),
         shoulder=None if direct else _shoulder(d),
         stub=_motor_stub(d) if direct else None,
+        motor_cheek=_cheek(d, d.bracket.motor_cheek_circles_mm, [], d.layers.motor_cheek_mm)
+        if direct and d.is_printed("motor_cheek")
+        else None,
+        motor_cheek_mm=sum(d.layers.motor_cheek_mm) / 2.0,
         cable=_cable(d),
         stud=Beam(stud),
         elbow_bar=_bar(d, elbow_boss),
@@ -203,7 +212,7 @@ def _arm(d: Dimensions) -> Beam:
         half = a.beam_root_radius_mm + (a.boss_radius_mm - a.beam_root_radius_mm) * x / a.length_mm
         return rectangle(b1 - b0 if x > begins else y1 - y0, 2 * half)
 
-    places, moduli = (a.shaft_bore_mm / 2, begins, a.length_mm), moduli_N_mm2("aluminium-7075")
+    places, moduli = (a.shaft_bore_mm / 2, begins, a.length_mm), moduli_N_mm2(d.material_of("upper_arm"))
     return Beam(tuple(piece for ends in pairwise(places) for piece in tapered(*ends, section, *moduli)))
 
 
@@ -268,7 +277,7 @@ def _cheek(d: Dimensions, head: list[_Circle], open_: list[_Circle], y_mm: tuple
             return stepped_plate(thickness, width, min(slot_mm + (deep if thin else 0.0), thickness - 0.1), cut)
         return rectangle(thickness, width) if not thin else stepped_plate(thickness, width, deep, thin)
 
-    return Beam(tapered(top - CHEEK_ROOT * thickness, 0.0, section, *moduli_N_mm2("aluminium-6082")))
+    return Beam(tapered(top - CHEEK_ROOT * thickness, 0.0, section, *moduli_N_mm2(d.material_of("motor_cheek"))))
 
 
 def _chords_mm(circles: list[_Circle], z: float) -> float:
@@ -342,6 +351,6 @@ def _spoke(d: Dimensions) -> Beam:
 
     root = p.hub_radius_mm - _SPOKE_ROOT * p.plate_mm
     ends = [root, *([near, far] if p.window_reach_mm else []), r]  # no slice lies across a window's end
-    material = moduli_N_mm2("aluminium-7075")
+    material = moduli_N_mm2(d.material_of("platform"))
     pieces = (tapered(*piece, lambda x: section(max(x, p.hub_radius_mm)), *material) for piece in pairwise(ends))
     return Beam(tuple(chain.from_iterable(pieces)))

@@ -126,7 +126,11 @@ def _elbow_flexibility(table: BeamModel, turned: np.ndarray) -> dict[str, np.nda
         for block in (0, 3):
             axes[block, block + 1], axes[block + 1, block], axes[block + 2, block + 2] = -1.0, 1.0, 1.0
         stub = axes.T @ flexibility(table.stub) @ axes
-        return found | {"shaft": np.broadcast_to(lever.T @ stub @ lever, (*shape, 6, 6))}
+        found |= {"shaft": np.broadcast_to(lever.T @ stub @ lever, (*shape, 6, 6))}
+        if table.motor_cheek is None:
+            return found
+        to_cheek = _to_motor_cheek(turned, table.motor_cheek_mm) @ lever
+        return found | {"cheeks": np.swapaxes(to_cheek, -1, -2) @ flexibility(table.motor_cheek) @ to_cheek}
     shoulder, cable = table.shoulder, table.cable
     assert shoulder is not None
     assert cable is not None
@@ -163,6 +167,26 @@ def _elbow_flexibility(table: BeamModel, turned: np.ndarray) -> dict[str, np.nda
         across[..., x, z] = across[..., z, x] = (up[k] - inwards[k]) * sine * cosine
     across[..., 4, 4] = by_cheek
     found["cheeks"] = np.swapaxes(held, -1, -2) @ across @ held
+    return found
+
+
+def _to_motor_cheek(turned: np.ndarray, along_mm: float) -> np.ndarray:
+    """Moves a wrench on the arm's hub to the cheek of a direct drive's motor, (..., 6, 6).
+
+    Args:
+        turned: (..., 2) cosine and sine of the shoulder angle.
+        along_mm: From the arm's middle to the cheek's along the shoulder axis.
+
+    Returns:
+        From arm's axes to x up, y along the shoulder axis, z inwards.
+    """
+    cosine, sine, zero = turned[..., 0], turned[..., 1], np.zeros(turned.shape[:-1])
+    rows = [[sine, zero, cosine], [zero, zero + 1.0, zero], [-cosine, zero, sine]]
+    turn = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    found = np.zeros((*turn.shape[:-2], 6, 6))
+    found[..., :3, :3] = found[..., 3:, 3:] = turn
+    lever = np.array([[0.0, 0.0, -along_mm], [0.0, 0.0, 0.0], [along_mm, 0.0, 0.0]])  # (0, -along, 0) x force
+    found[..., 3:, :3] = turn @ lever
     return found
 
 

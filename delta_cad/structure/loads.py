@@ -198,6 +198,22 @@ def loads(
     sheared = given.elbow * h.bar_1_mm3 + given.elbow_along / h.bar_mm2
     glued = "tilt 6 M / (d b^2) and force along it, retaining compound on primed aluminium"
     add("cross-bar bond", sheared, h.bar_N_mm2, "N/mm^2", glued)
+    layers = "across the layers of the print, for ever: a quarter of their strength"
+    if h.arm_1_mm3 is not None:
+        bent = given.hub * h.arm_1_mm3[0] + given.torque * h.arm_1_mm3[1]
+        add("printed arm", bent, h.arm_N_mm2, "N/mm^2", f"tilt and torque in its root, 6 M / (b h^2); {layers}")
+    if h.grip_N_mm is not None:
+        add(
+            "printed arm's grip",
+            given.torque,
+            h.grip_N_mm,
+            "N mm",
+            "torque on the motor's shaft; what of the clamp is left after creep, friction of its two halves, F mu d",
+        )
+    if h.spoke_1_mm3 is not None:
+        bent = (given.elbow + given.rod * 2.0 * table.spoke_up_mm) * h.spoke_1_mm3
+        bent = bent + given.rod * 2.0 * table.geometry.platform_radius * MM_PER_M * h.spoke_1_mm3
+        add("printed platform", bent, h.spoke_N_mm2, "N/mm^2", f"both rods' forces at the hub, 6 M / (b h^2); {layers}")
     lasts = "of its row, else RE 30's 28 N by the area; at peaks the mean of ISO 281 with what lasts between them"
     if (
         h.bearing is None

@@ -111,7 +111,7 @@ def supports(d: Dimensions) -> Supports:
 def mounting(d: Dimensions) -> Mounting:
     """Computes how the base plate of a machine gives under its foot blocks."""
     b, k, layers = d.base, d.bracket, d.layers
-    youngs = catalogue.material("aluminium-6082").youngs_modulus_Pa * 1e-6
+    youngs = catalogue.material(d.material_of("base_plate")).design_modulus_Pa * 1e-6
     rigidity = youngs * b.thickness_mm**3 / (12.0 * (1.0 - POISSON**2))
     rims = b.rim_mm or ((0.0, 0.0, b.radius_mm),)
     aside = layers.encoder_cheek_mm[1], layers.motor_cheek_mm[0]

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from math import cos, hypot, pi, radians, sin, sqrt
 
 from delta_cad import catalogue
+from delta_cad.catalogue.families.fasteners.insert import insert_of
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import CLAMP_SCREW, DOWEL_MM
@@ -28,6 +29,9 @@ _SCREW_PROOF_N_mm2 = 450.0  # A2-70, ISO 3506-1
 _SCREW_USE = 0.7  # of the proof stress when tightened by hand with a torque key, torsion included (VDI 2230)
 _SCREW_FRICTION = 0.14  # of thread and head, dry stainless on aluminium, thread lock included (VDI 2230, class B)
 PRESSED_N_mm2 = 125.0  # pressure of a pin on EN AW-6082: half its proof stress
+_GLUED_N_mm2 = 1.5  # shear of epoxy on sanded PETG or polyamide, a quarter of what it bears at once; from memory: check
+_PRINT_FRICTION = 0.25  # of a printed bore on a ground shaft, the low end of PETG and polyamide on steel; from memory
+_SHEAR_SHARE = 0.577  # of a plastic's strength in shear (von Mises)
 _FACE_FRICTION = 0.12  # of two dry machined faces of aluminium, the low end (VDI 2230)
 _MOTOR_RADIAL_N = 28.0  # 5 mm before the flange: RE 30, as its row
 _MOTOR_SHAFT_MM = 6.0  # whose shaft has 5 by those who use it: what has no figure of its own bears more than is taken
@@ -70,6 +74,11 @@ class Allowables:
         bar_1_mm3: Shear in a cross-bar's bond for 1 N mm of tilting moment.
         bar_mm2: Area of that bond.
         bar_N_mm2: Shear stress that it may bear.
+        arm_1_mm3: Largest stress in the root of an upper arm by tilt and by torque of 1 N mm; None where it is cut.
+        arm_N_mm2: What a printed one may bear across its layers for ever.
+        grip_N_mm: Torque that a printed clamp holds on the motor's shaft by friction; None where it is cut.
+        spoke_1_mm3: Largest stress in a platform's web for 1 N mm at its wrist; None where it is cut.
+        spoke_N_mm2: As of the arm.
         sector_mm: Radius of the circle of the dowels between arm and sector.
         sector_pins: How many these are.
         sector_N: What one of them may bear.
@@ -114,6 +123,11 @@ class Allowables:
     bar_1_mm3: float
     bar_mm2: float
     bar_N_mm2: float
+    arm_1_mm3: tuple[float, float] | None
+    arm_N_mm2: float
+    grip_N_mm: float | None
+    spoke_1_mm3: float | None
+    spoke_N_mm2: float
     sector_mm: float | None
     sector_pins: int
     sector_N: float
@@ -141,6 +155,36 @@ def screw_N(row: catalogue.Screw) -> float:
     """
     area = pi / 4.0 * (row.diameter_mm - 0.9382 * row.pitch_mm) ** 2
     return _SCREW_USE * _SCREW_PROOF_N_mm2 * min(area, _head_mm2(row))
+
+
+def lasting_N_mm2(d: Dimensions, number: str) -> float:
+    """Gives the stress that a printed part may bear across its layers for ever, N/mm^2."""
+    strength = catalogue.material(d.material_of(number)).design_strength_Pa
+    assert strength is not None
+    return _PLASTIC_USE * strength * 1e-6
+
+
+def clamping_N(d: Dimensions, row: catalogue.Screw, held: str = "", threaded: str = "") -> float:
+    """Computes the clamping force that a screw keeps between two parts, either of which may be printed, N.
+
+    Of metal it is what the screw is tightened to. Plastic creeps under more than a quarter of its strength: under the
+    head's ring, and around the insert that the thread is in, whose plastic shears on the cylinder over its knurls.
+
+    Args:
+        d: The machine.
+        row: The screw.
+        held: Number of the part under its head; "": metal.
+        threaded: Number of the part with its thread; "": metal.
+    """
+    found = screw_N(row)
+    if d.is_printed(held):
+        ring = pi / 4.0 * (row.head_diameter_mm**2 - row.clearance_hole_mm**2)
+        found = min(found, lasting_N_mm2(d, held) * ring)
+    if d.is_printed(threaded):
+        insert = insert_of(row.id)
+        sheared = 0.0 if insert is None else pi * insert.outer_mm * insert.length_mm
+        found = min(found, _SHEAR_SHARE * lasting_N_mm2(d, threaded) * sheared)
+    return found
 
 
 def _head_mm2(row: catalogue.Screw) -> float:
@@ -223,9 +267,10 @@ def allowables(d: Dimensions) -> Allowables:
     metal, plastic = (catalogue.material(one).yield_strength_Pa for one in (END_MATERIAL, CUP_MATERIAL))
     assert metal is not None
     assert plastic is not None
+    clamping = clamping_N(d, catalogue.screw(CLAMP_SCREW), "upper_arm", "upper_arm")
     bonded = min(boss, d.platform.boss_length_mm)
     if capstan is None:
-        hub = clamp_N_mm(CLAMP_SCREW, arm)
+        hub = clamp_N_mm(CLAMP_SCREW, arm) * clamping / screw_N(catalogue.screw(CLAMP_SCREW))
     else:
         hub = stack_N_mm(d.shaft.end_screw, d.shaft.washer_diameter_mm, d.shaft.diameter_mm)
     return Allowables(
@@ -254,7 +299,14 @@ def allowables(d: Dimensions) -> Allowables:
         hub_N_mm=hub,
         bar_1_mm3=6.0 / (f.bar_diameter_mm * bonded**2),
         bar_mm2=pi * f.bar_diameter_mm * bonded,
-        bar_N_mm2=_RETAINED_N_mm2,
+        bar_N_mm2=_GLUED_N_mm2 if d.is_printed("upper_arm") or d.is_printed("platform") else _RETAINED_N_mm2,
+        arm_1_mm3=_arm_1_mm3(d) if d.is_printed("upper_arm") else None,
+        arm_N_mm2=lasting_N_mm2(d, "upper_arm"),
+        grip_N_mm=_PRINT_FRICTION * clamping * d.arm.shaft_bore_mm if d.is_printed("upper_arm") else None,
+        spoke_1_mm3=6.0 / (2.0 * d.platform.hub_radius_mm * d.platform.plate_mm**2)
+        if d.is_printed("platform")
+        else None,
+        spoke_N_mm2=lasting_N_mm2(d, "platform"),
         sector_mm=None if capstan is None else d.arm.dowel_circle_mm / 2,
         sector_pins=len(d.arm.dowel_angles_rad),
         sector_N=PRESSED_N_mm2 * DOWEL_MM * min(arm, WEB_MM),
@@ -262,16 +314,24 @@ def allowables(d: Dimensions) -> Allowables:
         foot_pins_mm=b.cheek_dowel_u_mm[1] - b.cheek_dowel_u_mm[0],
         foot_pin_N=PRESSED_N_mm2 * DOWEL_MM * min(cheek, 5.0),
         foot_edge_mm=b.foot_height_mm / 2,
-        foot_screw_N=screw_N(catalogue.screw("M3")),
+        foot_screw_N=min(
+            clamping_N(d, catalogue.screw("M3"), held, "foot_block") for held in ("motor_cheek", "encoder_cheek")
+        ),
         motor_mm=layers.motor_face_mm - (0.0 if capstan is None else capstan.middle_y_mm),
         motor_edge_mm=d.motor.diameter_mm / 2 - _off_mm(d),
         motor_slip=0.0 if capstan is None else _slip(d, capstan.run.pinion_mm),
         motor_screws=len(b.motor_screws_rad),
-        motor_screw_N=screw_N(d.motor.mount_screw),
+        motor_screw_N=clamping_N(d, d.motor.mount_screw, "motor_cheek"),
         base_mm=-b.base_top_mm,
         base_edge_mm=(b.foot_u_mm[1] - b.foot_u_mm[0]) / 2,
-        base_screw_N=screw_N(catalogue.screw("M4")),
+        base_screw_N=clamping_N(d, catalogue.screw("M4"), "base_plate", "foot_block"),
     )
+
+
+def _arm_1_mm3(d: Dimensions) -> tuple[float, float]:
+    """Stress in the rectangle of an upper arm's root for 1 N mm: of tilt, and of torque about the shoulder."""
+    thick, high = d.layers.arm_mm[1] - d.layers.arm_mm[0], 2.0 * d.arm.beam_root_radius_mm
+    return 6.0 / (high * thick**2), 6.0 / (thick * high**2)
 
 
 def _slip(d: Dimensions, pinion_mm: float) -> float:

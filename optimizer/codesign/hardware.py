@@ -10,11 +10,16 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
+from delta_cad.design import Design, DesignError, design_from_dict, design_to_dict
 from delta_cad.design.record import Hardware
+from delta_cad.dimensions import dimensions
 from delta_cad.drive.friction import coulomb_N_m
 from delta_cad.drive.report import CAPSTAN_EFFICIENCY, DIRECT_EFFICIENCY
 from delta_cad.export.shop.cost.bought import row_price
+from delta_cad.mechanism import UnreachableError
 from delta_cad.mechanism.placement import CHAINS
+from delta_cad.structure.hardware.suggestion import suggestion
+from delta_cad.structure.report import stiffness
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.variables import VARIABLES
 
@@ -37,6 +42,8 @@ SMALL = 3  # halvings from which on steps are small
 TORQUE_DIGITS = 4  # decimals of a torque that a design states, N m
 _MADE_EUR = {"capstan": 2145.0, "direct": 1606.0}
 """Drive -> made parts of one machine, but for what grows with its lengths: batches that must be set up anyway."""
+_PRINTED_EUR = 800.0
+"""The same of a direct drive of which all is printed that can be: what is still cut, and 100 EUR of prints."""
 _MADE_EUR_mm2 = 0.94e-3
 """Of (R + L_A + L_B)^2: of machines of 272 and 479 mm, 2197 and 2343 EUR by their solids."""
 _COUNTS = {"encoder": 3, "magnet": 3, "bearing": 6, "knob": 1, "foot": 3}
@@ -45,6 +52,8 @@ _CAPSTAN_ONLY = ("bearing",)
 _SHOULDER_ONLY = ("encoder", "magnet")
 _ROPE_MM = 400.0  # about what a chain takes of rope
 _REST_EUR = 110.0  # springs, balls, screws, dowels, adhesives
+_STRONG = 0.8  # of the torque that a joint needs, from which on a motor may serve: lengths change
+_COARSE = 5  # positions along an edge of the cube at which an alternative's stiffness is computed
 _SIZED = ("upper_arm_length", "forearm_length", "base_radius")
 
 
@@ -211,9 +220,14 @@ def default_of(entry: str) -> Any:
 
 def price_EUR(brief: DesignBrief, choice: Selection, lengths_mm: Sequence[float]) -> float:
     """Estimates the price of one machine of (6) lengths in the order of `VARIABLES`, EUR."""
-    size = sum(lengths_mm[VARIABLES.index(name)] for name in _SIZED)
-    motors = len(CHAINS) * row_price("motor", motor_of(brief, choice.motor)).one_EUR
-    return motors + _rows_EUR(brief, choice, lengths_mm) + _REST_EUR + _MADE_EUR[choice.drive] + _MADE_EUR_mm2 * size**2
+    size, row = sum(lengths_mm[VARIABLES.index(name)] for name in _SIZED), motor_of(brief, choice.motor)
+    motors = len(CHAINS) * row_price("motor", row).one_EUR
+    if row.drive_board:
+        motors += len(CHAINS) * row_price("drive_board", catalogue.drive_board(row.drive_board)).one_EUR
+    bought = motors + _rows_EUR(brief, choice, lengths_mm) + _REST_EUR
+    if choice.drive == "direct" and choice.stated(brief, "process") == "printed":
+        return bought + _PRINTED_EUR
+    return bought + _MADE_EUR[choice.drive] + _MADE_EUR_mm2 * size**2
 
 
 def cheapest(brief: DesignBrief) -> Mapping[str, Any]:
@@ -242,3 +256,61 @@ def _rows_EUR(brief: DesignBrief, choice: Selection, lengths_mm: Sequence[float]
 
 def _row_EUR(brief: DesignBrief, entry: str, row: str) -> float:
     return row_price(entry, cast(catalogue.CatalogueRow, catalogue.family(entry, brief.own_parts)[row])).one_EUR
+
+
+def with_direct_drive(design: Design, row: catalogue.Motor) -> Design:
+    """Makes a design with its motors on the shoulders' shafts, all else the same; its torques are that drive's.
+
+    Raises:
+        DesignError: The design file refuses it.
+    """
+    data, torque = design_to_dict(design), DIRECT_EFFICIENCY * row.nominal_torque_N_m
+    kept = {
+        name: value for name, value in data["hardware"].items() if name not in ("capstan_ratio", "sector_radius_mm")
+    }
+    data["hardware"] = kept | {"motor": row.id, "drive": "direct"}
+    if row.encoder_counts_per_turn is None:
+        data["hardware"].pop("encoder_at", None)
+    data["requirements"] |= {"joint_torque_N_m": round(torque, TORQUE_DIGITS)}
+    if "peak_torque_N_m" in data["requirements"]:
+        data["requirements"]["peak_torque_N_m"] = round(DIRECT_EFFICIENCY * row.peak_torque_N_m, TORQUE_DIGITS)
+    return design_from_dict(data, design.name)
+
+
+def direct_alternative(brief: DesignBrief, design: Design) -> str:
+    """States whether a direct drive would serve in place of a capstan: its price and stiffness, by closed forms.
+
+    Of each motor for a direct drive the smallest change of the machine is searched with which every closed form passes;
+    cube and requirements stay. The cheapest motor that serves is reported. Nothing is built.
+
+    Args:
+        brief: What is asked.
+        design: The machine that was found.
+
+    Returns:
+        One sentence; "" where the machine has a direct drive.
+    """
+    if design.hardware.drive == "direct":
+        return ""
+    motors = catalogue.family("motor", brief.own_parts).values()
+    rows, needed = [cast(catalogue.Motor, row) for row in motors], design.requirements.joint_torque_N_m
+    strong = (row for row in rows if "direct" in row.drives and row.nominal_torque_N_m >= _STRONG * needed)
+    for row in sorted(strong, key=lambda row: row_price("motor", row).one_EUR):
+        try:
+            other = suggestion(with_direct_drive(design, row))
+        except (DesignError, UnreachableError):
+            continue
+        if other is None:
+            continue
+        machine, m = other.design, other.design.mechanism
+        sizes = {"upper_arm_length": m.upper_arm_length_mm, "forearm_length": m.forearm_length_mm}
+        sizes |= {"base_radius": m.base_radius_mm}
+        choice = Selection(row.id, "direct", 1.0, m.parallelogram_width_mm)
+        price = price_EUR(brief, choice, [sizes.get(name, 0.0) for name in VARIABLES])
+        held = stiffness(dimensions(machine), _COARSE).least_N_mm
+        changed = "".join(f", {field} {value:.4g}" for field, value in other.values.items() if isinstance(value, float))
+        return (
+            f"A direct drive is simpler and serves, too: with {row.id} about {price:.0f} EUR and {held:.3g} N/mm at "
+            f"the knob, by closed forms, not built{changed}."
+        )
+    return "A direct drive does not serve: closed forms refuse every motor of the catalogue near these lengths."

@@ -17,6 +17,7 @@ from delta_cad.design import NAME_LONGEST, Design, DesignError, design_hash, loa
 from optimizer.codesign import bound, candidate, relaxation, report
 from optimizer.codesign.bound import Bound, Family
 from optimizer.codesign.corrections import Corrections
+from optimizer.codesign.hardware import direct_alternative
 from optimizer.codesign.search import Search
 from optimizer.codesign.search_log import Built
 from optimizer.codesign.updates import with_least_radius
@@ -192,10 +193,12 @@ class Builder:
                 built.remarks.append(NO_BOUND)
             elif placed:
                 proved = replace(proved, placed_mm=built_candidate.side_mm)
+        run.show("a direct drive")
+        alternative = "" if self._hurried() else direct_alternative(brief, stated)
         self._closes_s = run.clock()
         placement = report.placement_of(brief, built_candidate, symmetric)
         built.facts = report.facts_of(brief, outcome, log, proved, placement)
-        notes = *brief.notes, *built.remarks
+        notes = *brief.notes, *built.remarks, *filter(None, (alternative,))
         found = report.DesignReport(brief, built.facts, log, known.why, notes, costs, proved)
         found.write(folder, report.placed(stated, brief, run.out / brief.name), certificate)
 

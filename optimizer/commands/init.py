@@ -18,6 +18,7 @@ PRESETS = {
     "desktop": "a cube of 150 mm, 10 N",
     "pocket": "a cube of 40 mm, 3 N",
     "large": "a cube of 250 mm, 3 N",
+    "maker": "a cube of 60 mm, 2 N, printed, with gimbal motors, as cheap as it can be",
 }
 FOLDER = Path(__file__).with_name("presets")
 _NAME_FIELD = "name"

@@ -7,9 +7,10 @@ from typing import ClassVar
 
 from pydantic.dataclasses import dataclass
 
+from delta_cad.catalogue.families.drive_board import drive_board
 from delta_cad.catalogue.families.fasteners.screws import Screw, low_screw, screw
 from delta_cad.catalogue.reader import Family
-from delta_cad.catalogue.row import ROW, CatalogueRow, Count, NotNegative, Quantity, Text, Texts, outside
+from delta_cad.catalogue.row import ROW, CatalogueRow, Count, MaybeText, NotNegative, Quantity, Text, Texts, outside
 
 # What no motor is, whoever makes it: beyond, a number is in another unit than its column. Ours have 3.1 to 5.4 g/cm^3
 # and lose 10 to 52 W/kg in their windings at the nominal torque.
@@ -52,6 +53,7 @@ class Motor(CatalogueRow):
         commutator_segments: Of a brushed motor's commutator: its torque ripples once a segment and brush.
         encoder_counts_per_turn: Counts of the encoder on the motor's rear end, which length and mass include; None
             where it has none.
+        drive_board: Id of the drive board that is bought with it; "": it is driven by what the user has.
     """
 
     partners: ClassVar = {"mount_thread": "screw"}
@@ -95,6 +97,7 @@ class Motor(CatalogueRow):
     torque_ripple: NotNegative | None = None
     commutator_segments: Count | None = None
     encoder_counts_per_turn: Count | None = None
+    drive_board: MaybeText = ""
 
     @property
     def mount_screw(self) -> Screw:
@@ -111,6 +114,8 @@ class Motor(CatalogueRow):
         if not self.shaft_diameter_mm < within < self.mount_circle_mm < self.diameter_mm:
             order = "shaft_diameter_mm < pilot_diameter_mm < mount_circle_mm < diameter_mm"
             return f"must have {order}; a motor without a pilot has 0 as its diameter and height"
+        if self.drive_board and self.drive_board not in drive_board.rows:
+            return f"drive_board = {self.drive_board}: must be empty or one of {', '.join(drive_board.rows)}"
         if self.peak_torque_N_m < self.nominal_torque_N_m:
             return f"peak_torque_N_m = {self.peak_torque_N_m:g}: must be >= nominal_torque_N_m"
         if (self.max_radial_load_N is None) != (self.radial_load_distance_mm is None):

@@ -1,4 +1,4 @@
-"""The manufacturing rules over all machined parts, each with the worst part and place."""
+"""The manufacturing rules over all made parts, cut or printed, each with the worst part and place."""
 
 from __future__ import annotations
 
@@ -12,6 +12,15 @@ from delta_cad import catalogue
 from delta_cad.checks.contact.features import features
 from delta_cad.checks.dfm.bores import Finding, at, bores, depths, odd_sizes, run_outs, unreached
 from delta_cad.checks.dfm.lines import FAR_MM, Lines, face_points
+from delta_cad.checks.dfm.printed import (
+    LEAST_WALL_MM,
+    insert_depths,
+    insert_walls,
+    no_inserts,
+    overhangs,
+    sizes,
+    small_holes,
+)
 from delta_cad.checks.dfm.setups import setups
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.vectors import cross
@@ -36,7 +45,8 @@ def walls(part: Part) -> Iterator[Finding]:
     if np.isfinite(thin[0]):
         x, y, z = thin[1]
         where = f"{part.number}: {thin[0]:.2f} mm at ({x:.1f}, {y:.1f}, {z:.1f})"
-        yield Finding(part.number, round(float(thin[0]), 3), _LEAST_WALL_MM, where, is_least=True)
+        least = LEAST_WALL_MM.get(part.material.process, _LEAST_WALL_MM)
+        yield Finding(part.number, round(float(thin[0]), 3), least, where, is_least=True)
 
 
 def _undercuts(part: Part) -> Iterator[Finding]:
@@ -154,7 +164,17 @@ RULES = (
     _Rule("dfm undercuts", _undercuts, "", "faces to which no straight tool comes", counts=True),
     _Rule("dfm setups", setups, "", "clampings of a part"),
 )
-"""All rules, in the order of the report."""
+"""All rules for what is cut, in the order of the report."""
+PRINT_RULES = (
+    _Rule("dfm print walls", walls, "mm", "thinnest printed wall"),
+    _Rule("dfm print insert walls", insert_walls, "mm", "thinnest plastic around an insert"),
+    _Rule("dfm print insert depth", insert_depths, "mm", "shallowest hole for its insert"),
+    _Rule("dfm print threads", no_inserts, "", "threads without an insert", counts=True),
+    _Rule("dfm print holes", small_holes, "mm", "smallest printed hole"),
+    _Rule("dfm print overhang", overhangs, "", "area to support as a share of a part's"),
+    _Rule("dfm print size", sizes, "mm", "longest edge on the printer's bed"),
+)
+"""The same for what is printed."""
 
 
 def check_dfm(parts: Iterable[Part]) -> list[CheckResult]:
@@ -164,10 +184,17 @@ def check_dfm(parts: Iterable[Part]) -> list[CheckResult]:
         parts: With valid solids; those that are bought are left out.
 
     Returns:
-        One result a rule, named `dfm ...`, with the worst figure of all parts.
+        One result a rule, named `dfm ...`, with the worst figure of all parts; those of prints where there are any.
     """
     made = [part for part in parts if part.make]
-    return [_result(rule, [finding for part in made for finding in rule.find(part)], len(made)) for rule in RULES]
+    found = []
+    for rules, held in (
+        (RULES, [part for part in made if not part.material.process]),
+        (PRINT_RULES, [part for part in made if part.material.process]),
+    ):
+        for rule in rules if held or rules is RULES else ():
+            found.append(_result(rule, [finding for part in held for finding in rule.find(part)], len(held)))
+    return found
 
 
 def _result(rule: _Rule, findings: list[Finding], parts: int) -> CheckResult:

@@ -50,6 +50,12 @@ FITTED_RA_UM = {5: 0.4, 6: 0.8, 7: 1.6}
 """Roughness Ra that goes with a grade: ground or honed, finely bored, reamed."""
 PLACE_MM, SQUARE_MM = 0.05, 0.02
 """Zone for the axes of a part's fitted bores, and how square the largest is to its face: as milled in one clamping."""
+PRINTED_PLACE_MM = 0.4
+"""The same of a printed part, whose holes are reamed where they are printed: +-0.2 mm, as printing services state.
+
+Source: arti90.com/en/design-clues, printit4me.com.au/guides/designing-for-3d-printing (both read 2026-11-28).
+"""
+PRINTED_WIDER_UM = 200.0  # by which a cross-bar's bore in a printed boss may be wider: epoxy fills that
 SLOT_MM, SLOT_CUTTER_MM = 0.4, 2.0  # by which a pin's slot is longer than wide; of the cutter that mills it
 PREDRILLED_MM, PREDRILLED_ZONE_MM = 2.5, 0.05  # of holes for 3 mm pins that are reamed together: drill, zone
 STOP_ZONE_MM = 0.1  # of a stop pin, and of the ends of the sector's slot, which meet it
@@ -84,6 +90,11 @@ def deviations_um(fit: str, nominal_mm: float) -> tuple[int, int]:
     row = bisect_left(NOMINAL_MM, nominal_mm)
     wide = GRADES_UM[grade][row]
     return (-wide, 0) if letter == "h" else (FREE_UM[letter][row], FREE_UM[letter][row] + wide)
+
+
+def bar_bore(printed: bool) -> tuple[float, float]:
+    """Gives by how much a cross-bar's bore may be wider than nominal, um, and the zone for its axis, mm, by process."""
+    return (PRINTED_WIDER_UM, PRINTED_PLACE_MM) if printed else (BAR_WIDER_UM, PLACE_MM)
 
 
 def drilled_mm(size: str, thread_mm: float) -> float:

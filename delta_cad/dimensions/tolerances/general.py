@@ -14,6 +14,7 @@ NOTES = {"f": "ISO 2768-fH", "m": "ISO 2768-mK", "c": "ISO 2768-cL"}
 """Class -> how drawings state it, with the class of forms and places that goes with it."""
 EDGES = f"ISO 13715: -0.1 to -0.3 outside, up to +{INSIDE_MM:g} inside"
 """Of every part where nothing else is drawn: a bearing's ring stands on a shoulder, not on a wider fillet before it."""
+PRINTED_MM = "±0.2, above 100 mm ±0.2 %"  # of what is printed, where nothing is stated; see `PRINTED_PLACE_MM`
 _LINEAR_MM = (3.0, 6.0, 30.0, 120.0, 400.0, 1000.0, 2000.0)
 """Upper ends of the ranges of length of `_GENERAL_MM`."""
 _GENERAL_MM = {

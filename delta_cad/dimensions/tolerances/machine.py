@@ -29,7 +29,6 @@ from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, TILT_MARGIN_
 from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.layers import BOARD_STAND_OFF_MM, SPAN_MM
 from delta_cad.dimensions.tolerances import (
-    BAR_WIDER_UM,
     BOARD_THREADS_MM,
     BOARD_ZONE_MM,
     COAXIAL_MM,
@@ -42,11 +41,13 @@ from delta_cad.dimensions.tolerances import (
     MAGNET_WIDER_UM,
     MANDREL_MM,
     PLACE_MM,
+    PRINTED_PLACE_MM,
     SEATS_MM,
     SQUARE_MM,
     TILT_RAD,
     TRUE_MM,
     WIDTH_MM,
+    bar_bore,
     deviations_um,
     minutes,
     working_mm,
@@ -301,6 +302,10 @@ def length_chains(d: Dimensions, general: str) -> list[Chain]:
 def _foot_chain(d: Dimensions, general: str) -> Chain:
     """The gap of a cheek over the plate, on which the foot block stands alone."""
     b = d.bracket
+    why = "below, a cheek stands on the plate and its block does not"
+    if d.is_printed("foot_block") or d.is_printed("motor_cheek"):
+        set_ = either_way("cheek", "set by a feeler before its dowels' holes are reamed", "set", _FEELER_MM)
+        return Chain("cheek off the plate", "mm", FOOT_OFF_MM, (set_,), 0.0, inf, why)
     first, second = ((u - b.shoulder_u_mm, b.cheek_screw_z_mm) for u in b.cheek_dowel_u_mm)
     corner = b.foot_u_mm[0] - b.shoulder_u_mm, b.base_top_mm + FOOT_OFF_MM
     moved = pair(first, second, PLACE_MM).shift_mm(corner, np.array([[0.0, 1.0], [0.0, -1.0]]))
@@ -310,7 +315,6 @@ def _foot_chain(d: Dimensions, general: str) -> Chain:
         either_way("cheek", "places of its dowels and the block's", "place", moved),
         either_way("foot_block", "height of its cross dowels", "place", PLACE_MM / 2.0),
     )
-    why = "below, a cheek stands on the plate and its block does not"
     return Chain("cheek off the plate", "mm", FOOT_OFF_MM, links, 0.0, inf, why)
 
 
@@ -352,13 +356,18 @@ def largest_deviation_mm(d: Dimensions, general: str) -> float:
     return max(map(deviation_mm, length_chains(d, general)))
 
 
+def place_mm(d: Dimensions, number: str) -> float:
+    """Gives the zone for the axes of a part's fitted bores, by its process, mm."""
+    return PRINTED_PLACE_MM if d.is_printed(number) else PLACE_MM
+
+
 def _shoulder(d: Dimensions) -> list[Link]:
     """From the base plate to the shoulder's axis, across it."""
-    place = PLACE_MM / 2.0
+    place = place_mm(d, "motor_cheek") / 2.0
     links = [
-        either_way("base_plate", "place of a dowel", "place", place),
+        either_way("base_plate", "place of a dowel", "place", place_mm(d, "base_plate") / 2.0),
         either_way("foot_block", "dowels in the plate", "fit", DOWEL_PLAY_MM),
-        either_way("foot_block", "cross dowels from the upright ones", "place", place),
+        either_way("foot_block", "cross dowels from the upright ones", "place", place_mm(d, "foot_block") / 2.0),
     ]
     if d.capstan is None:
         pilot = (deviations_um("H7", d.motor.pilot_diameter_mm)[1] + 18.0) / 2000.0
@@ -383,16 +392,17 @@ def _turned(d: Dimensions, radially: bool) -> list[Link]:
     b = d.bracket
     first, second = ((u - b.shoulder_u_mm, b.cheek_screw_z_mm) for u in b.cheek_dowel_u_mm)
     way = np.array([[1.0, 0.0], [-1.0, 0.0]] if radially else [[0.0, 1.0], [0.0, -1.0]])
-    cheek = pair(first, second, PLACE_MM).shift_mm((0.0, 0.0), way) - PLACE_MM
+    place = place_mm(d, "motor_cheek")
+    cheek = pair(first, second, place).shift_mm((0.0, 0.0), way) - place
     return [either_way("motor_cheek", "turned by its dowels' places", "place", cheek)]
 
 
 def _along(d: Dimensions) -> list[Link]:
     """From the base plate to the arm's middle, along the shoulder's axis."""
     links = [
-        either_way("base_plate", "place of a dowel", "place", PLACE_MM / 2.0),
+        either_way("base_plate", "place of a dowel", "place", place_mm(d, "base_plate") / 2.0),
         either_way("foot_block", "dowels in the plate", "fit", DOWEL_PLAY_MM),
-        either_way("foot_block", "dowels from its middle", "place", PLACE_MM / 2.0),
+        either_way("foot_block", "dowels from its middle", "place", place_mm(d, "foot_block") / 2.0),
         either_way("foot_block", "width", "stated", LENGTH_MM, 0.5),
     ]
     if d.capstan is None:
@@ -405,27 +415,27 @@ def _along(d: Dimensions) -> list[Link]:
     ]
 
 
-def _bar_mm(d: Dimensions) -> float:
-    """Radial play of a bonded cross-bar, mm: it hardens anywhere in its bore."""
+def _bar_mm(d: Dimensions, number: str) -> float:
+    """Radial play of a cross-bar that is bonded in a part, mm: it hardens anywhere in its bore."""
     bar = -deviations_um("h6", d.forearm.bar_diameter_mm)[0]
-    return BAR_GLUE_MM + (BAR_WIDER_UM + bar) / 2000.0
+    return BAR_GLUE_MM + (bar_bore(d.is_printed(number))[0] + bar) / 2000.0
 
 
 def _arm(d: Dimensions) -> list[Link]:
     bore, shaft = deviations_um("H7", d.arm.shaft_bore_mm)[1], -deviations_um("h6", d.arm.shaft_bore_mm)[0]
     return [
-        either_way("upper_arm", "bar's bore from the shaft's", "place", PLACE_MM / 2.0),
+        either_way("upper_arm", "bar's bore from the shaft's", "place", place_mm(d, "upper_arm") / 2.0),
         either_way("upper_arm", "on its shaft", "fit", (bore + shaft) / 2000.0),
-        *_ball_links(d),
+        *_ball_links(d, "upper_arm"),
     ]
 
 
-def _ball_links(d: Dimensions) -> list[Link]:
+def _ball_links(d: Dimensions, holder: str) -> list[Link]:
     """From a bar's bore to a ball's centre, across the bar: what the mean of both its ends is off at most."""
     f = d.forearm
     pin = -deviations_um("h7", f.pin_diameter_mm)[0] + EROSION_UM
     return [
-        either_way("cross_bar", "in its bond", "set", _bar_mm(d)),
+        either_way("cross_bar", "in its bond", "set", _bar_mm(d, holder)),
         either_way("cross_bar", "studs off its middle", "place", TRUE_MM / 2.0),
         either_way("joint_ball", "on its stud, in its bond", "set", BALL_GLUE_MM + pin / 2000.0),
     ]
@@ -441,8 +451,8 @@ def _rod() -> list[Link]:
 
 def _wrist(d: Dimensions) -> list[Link]:
     return [
-        either_way("platform", "place of a bar's bore", "place", PLACE_MM / 2.0),
-        *_ball_links(d),
+        either_way("platform", "place of a bar's bore", "place", place_mm(d, "platform") / 2.0),
+        *_ball_links(d, "platform"),
     ]
 
 

@@ -15,6 +15,7 @@ from delta_cad.dimensions.tolerances import (
     PLACE_MM,
     PREDRILLED_MM,
     PREDRILLED_ZONE_MM,
+    PRINTED_PLACE_MM,
     SEATS_MM,
     STOP_ZONE_MM,
     deviations_um,
@@ -71,7 +72,13 @@ def stop_chain(d: Dimensions, general: str) -> Chain:
     links.append(either_way("stop_pin", "half of its thickness", "bought", thick))
     turned = [_at(link, stop_radius_mm(d)) for link in links]
     turned.append(
-        either_way("upper_arm", "bar's bore from the shaft's", "place", PLACE_MM / 2.0, degrees(1.0 / d.arm.length_mm))
+        either_way(
+            "upper_arm",
+            "bar's bore from the shaft's",
+            "place",
+            (PRINTED_PLACE_MM if d.is_printed("upper_arm") else PLACE_MM) / 2.0,
+            degrees(1.0 / d.arm.length_mm),
+        )
     )
     why = "beyond, a start refuses a true zero: stop and zero do not agree"
     return Chain("encoder's zero on its stop", "deg", 0.0, (*turned, *play), -START_ZERO_DEG, START_ZERO_DEG, why)

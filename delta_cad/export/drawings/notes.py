@@ -7,6 +7,7 @@ import re
 import numpy as np
 
 from delta_cad import catalogue
+from delta_cad.assembly.printing import inserts_of, print_up
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.faces import is_along
 from delta_cad.export.drawings.part.holes import lettered
@@ -56,6 +57,8 @@ def notes_of(part: Part, features: Features, front: Frame, held: Controlled) -> 
     bores = [bore for hole in part.holes for bore in hole.bores]
     if any(b.zone_mm and not (b.deviations_um or b.thread or "slot" in b.callout) for b in bores):
         notes.append(("", "Screws' clearance holes H13 (ISO 273): no narrower than stated."))
+    if part.material.process:
+        notes += [("", text) for text in print_notes(part)]
     outside = any(size.tolerance is not None and size.tolerance.thread for size in features.sizes)
     if outside or any(bore.thread for bore in bores):
         notes.append(("", "Threads ISO 965-1: 6H inside, 6g outside."))
@@ -77,6 +80,20 @@ def notes_of(part: Part, features: Features, front: Frame, held: Controlled) -> 
         notes.append((key, f"{words}."))
     for n, slot in enumerate(features.slots):
         notes.append((f"slot {n}", f"{slot.callout[0].upper()}{slot.callout[1:]}."))
+    return notes
+
+
+def print_notes(part: Part) -> list[str]:
+    """What a printer needs beside the file to print: orientation, infill, inserts, what is done after it."""
+    up = print_up(part)
+    axis = f"{'-' if up.min() < -0.5 else '+'}{'XYZ'[int(np.abs(up).argmax())]}"
+    notes = [
+        f"Print {part.number}.3mf as it stands, {axis} of the STEP file up; solid, layers of 0.2.",
+        "Its holes are wider there by what they shrink.",
+        "Bores with a fit come out narrower and are reamed.",
+    ]
+    if inserts_of(part):
+        notes.append("Each thread is a heat-set insert of the item list, melted in flush.")
     return notes
 
 
@@ -120,4 +137,6 @@ def finish_of(part: Part) -> str:
     if "anodised" in part.description:
         layer = "ISO 10074, 0.025 mm" if "hard anodised" in part.description else "ISO 7599-AA10"
         return f"Finish: anodised {layer}. Sizes hold with the coating; fits and threads stay bare."
+    if part.material.process:
+        return "Finish: as printed, supports and strings removed."
     return "Finish: as bought where nothing is cut." if part.order_code else "Finish: as cut, no coating."

@@ -53,6 +53,7 @@ class Titles:
     revision: str
     surface: str = _SURFACE
     tolerance: str = NOTES[REQUIRED]
+    edges: str = EDGES
     kind: str = "Part drawing"
     created: str = CREATOR
     date: str = UNDATED
@@ -106,7 +107,10 @@ def _title_block(box: Box, size: str, scale: str, page: str, t: Titles) -> list[
                 (60.0, "Overall size", t.size),
             ],
         ),
-        (9.0, [(55.0, "Tolerances", f"{_SIZES}, {t.tolerance}"), (55.0, "Surface", t.surface), (70.0, "Edges", EDGES)]),
+        (
+            9.0,
+            [(55.0, "Tolerances", f"{_SIZES}, {t.tolerance}"), (55.0, "Surface", t.surface), (70.0, "Edges", t.edges)],
+        ),
         (
             8.0,
             [

@@ -15,7 +15,7 @@ from delta_cad.assembly.machine import Assembly
 from delta_cad.common.units import G_PER_KG
 from delta_cad.design import design_hash
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.tolerances.general import NOTES, REQUIRED
+from delta_cad.dimensions.tolerances.general import NOTES, PRINTED_MM, REQUIRED
 from delta_cad.dimensions.tolerances.machine import general_class
 from delta_cad.export.bom import bill_of_materials
 from delta_cad.export.drawings.assembly_sheet import assembly_drawing, balloon_faults, placed_items
@@ -181,6 +181,7 @@ def part_drawing(part: Part, held: Controlled, titles: Titles) -> tuple[Drawing,
 def titles_of(d: Dimensions, part: Part, quantity: int, mass_g: str, tolerance: str = NOTES[REQUIRED]) -> Titles:
     """Gives the title block of a made part: how many a machine has, what one weighs, the general tolerances."""
     box = part.solid.BoundingBox(1e-4)
+    printed = {"tolerance": f"printed {PRINTED_MM}", "surface": "as printed", "edges": "as printed, without strings"}
     return Titles(
         number=part.number,
         description=named(part.description)[0],
@@ -190,8 +191,8 @@ def titles_of(d: Dimensions, part: Part, quantity: int, mass_g: str, tolerance: 
         size=_size((box.xlen, box.ylen, box.zlen)),
         machine=_machine(d),
         revision=d.design.drawn_revision,
-        tolerance=tolerance,
         date=_date(d),
+        **(printed if part.material.process else {"tolerance": tolerance}),
     )
 
 

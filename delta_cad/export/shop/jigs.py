@@ -16,7 +16,7 @@ import cadquery as cq
 
 from delta_cad.common.units import G_PER_KG, MM_PER_M
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.forearm import EYE_WALL_MM, RING_MM
+from delta_cad.dimensions.forearm import EYE_WALL_MM
 from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.tolerances import (
     FITTED_RA_UM,
@@ -88,7 +88,7 @@ def _rod_jig(d: Dimensions) -> Jig:
     f = d.forearm
     mouth, below = _cone(f.ball_diameter_mm / 2)
     top = round(f.lip_mm - LIP_ROOM_MM, 2)  # both cups' lips lie over the pads, which keep them level
-    floor = -max(RING_MM[0] / 2, f.eye_hole_y_mm + f.eye_diameter_mm / 2 + EYE_WALL_MM) - _UNDER_MM
+    floor = -max(f.eye_ring_mm / 2, f.eye_hole_y_mm + f.eye_diameter_mm / 2 + EYE_WALL_MM) - _UNDER_MM
     bottom, wide = floor - _FLOOR_MM, float(round(f.cup_radius_mm + _PAST_MM))
     pad = f.stem_mm - _STEM_MM
     boring, ends = Boring(), ((0.0, 0.0), (f.length_mm, 0.0))

@@ -23,7 +23,7 @@ from delta_cad.structure.modes import Moving, MovingBody
 
 _CUPPED = 0.8  # of a ball's shell: what of both cups lies above their lips, at least
 _CORE_PLAY = 0.2  # mm, that a thread's core is less than its drill at most
-_PLATE, _TURNED = "aluminium-7075", "aluminium-6082"  # of arm, platform, sector; of the stem
+_PLATE, _TURNED = "aluminium-7075", "aluminium-6082"  # of cross-bars and sectors; of the stem
 
 
 def mass_lower_bound(d: Dimensions) -> Moving:
@@ -58,7 +58,8 @@ def _rod_kg(d: Dimensions) -> float:
     around = f.eye_diameter_mm / 2.0 + EYE_WALL_MM
     ring = pi / 4.0 * (f.eye_ring_mm**2 - f.eye_bore_mm**2)
     lug = 2.0 * around * max(f.eye_z_mm - f.eye_ring_mm / 2.0, 0.0) + pi / 2.0 * around**2
-    eyes = 2.0 * (ring + lug - pi / 4.0 * f.eye_diameter_mm**2) * f.eye_mm * end
+    eye_mm2 = ring + lug - pi / 4.0 * f.eye_diameter_mm**2
+    eyes = 2.0 * eye_mm2 * f.eye_mm * _kg_mm3(d.material_of("rod_eye"))
     return wall_mm2 * f.tube_length_mm * _kg_mm3(d.tube.material) + ends + eyes + (f.spring.mass_g or 0.0) / 1e3
 
 
@@ -78,7 +79,7 @@ def _body(pieces: list[tuple[float, tuple[float, float, float]]]) -> MovingBody:
 
 def _platform(d: Dimensions, joints_kg: float) -> MovingBody:
     """Bosses with their bars and balls, hub, webs between them, stem and knob; the stem's thread fills the hub's."""
-    p, density = d.platform, _kg_mm3(_PLATE)
+    p, density = d.platform, _kg_mm3(d.material_of("platform"))
     top = p.boss_diameter_mm / 2.0
     bosses = pi / 4.0 * (p.boss_diameter_mm**2 - p.bar_bore_mm**2) * p.boss_length_mm
     hub = pi * p.hub_radius_mm**2 * 2.0 * top
@@ -113,11 +114,12 @@ def _next_to_round(radius_mm: float, under_mm: float) -> float:
 
 def _arm(d: Dimensions, joints_kg: float) -> MovingBody:
     """Arm's plate between hub and boss, its boss with bar and balls, and the sector."""
-    a, density = d.arm, _kg_mm3(_PLATE)
+    a, plate = d.arm, d.material_of("upper_arm")
+    density = _kg_mm3(plate)
     long, root, end = a.length_mm - a.boss_radius_mm, a.beam_root_radius_mm, a.boss_radius_mm
     thick, boss = (high - low for low, high in (d.layers.arm_mm, d.layers.elbow_boss_mm))
     beam = (root + end) * long * thick * density
-    ring = _round_kg(2.0 * end, boss, _PLATE) - _round_kg(a.bar_bore_mm, boss, _PLATE)
+    ring = _round_kg(2.0 * end, boss, plate) - _round_kg(a.bar_bore_mm, boss, plate)
     half = -2.0 / 3.0 * root**3 * thick * density  # kg mm: of the hub's half behind the shoulder
     pieces = [
         (beam, (long * (root + 2.0 * end) / (3.0 * (root + end)) + half / beam, 0.0, 0.0)),
@@ -130,5 +132,5 @@ def _arm(d: Dimensions, joints_kg: float) -> MovingBody:
         for inner, (under, over) in wide:
             area = opened * (c.rim_radius_mm**2 - inner**2)
             out = 2.0 / 3.0 * sin(opened) * (c.rim_radius_mm**3 - inner**3) / area
-            pieces.append((area * (over - under) * density, (out * cos(middle), 0.0, out * sin(middle))))
+            pieces.append((area * (over - under) * _kg_mm3(_PLATE), (out * cos(middle), 0.0, out * sin(middle))))
     return _body(pieces)

@@ -11,6 +11,7 @@ from math import ceil
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, cast
 
+from delta_cad import catalogue
 from delta_cad.catalogue import CatalogueRow, Motor
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
@@ -87,6 +88,9 @@ def prices(d: Dimensions) -> dict[str, Price]:
         found["board_spacer"] = row_price("spacer", d.board_spacer)
     if d.shaft.washer is not None:
         found["shoulder_washer"] = row_price("spacer", d.shaft.washer)
+    if d.motor.drive_board:
+        found["drive_board"] = row_price("drive_board", catalogue.drive_board(d.motor.drive_board))
+    found |= {f"insert_{row.thread}": row_price("insert", row) for row in catalogue.insert.rows.values()}
     if d.preload is not None:
         found["wave_spring"] = row_price("wave_spring", d.preload)
     if d.capstan is not None:

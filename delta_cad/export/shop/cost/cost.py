@@ -10,8 +10,19 @@ from typing import Any
 from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
 from delta_cad.export.shop.cost.bought import Price, part_price, prices
-from delta_cad.export.shop.cost.rates import BATCHES, BREAKS, CURRENCY, ESTIMATE, OTHER, STOCKS, Rates
-from delta_cad.export.shop.cost.work import Making, Work, coat_of, making, material_id, work_of
+from delta_cad.export.shop.cost.rates import (
+    BATCHES,
+    BREAKS,
+    CURRENCY,
+    ESTIMATE,
+    OTHER,
+    PRINTED_EUR_KG,
+    PRINTS,
+    STOCKS,
+    Rates,
+)
+from delta_cad.export.shop.cost.work import Making, Work, coat_of, making, material_id, printing, work_of
+from delta_cad.solids.part import Part
 
 _SCHEMA = "delta-cost/1"
 CENTS, _MILLS = 2, 3
@@ -24,6 +35,7 @@ _FORMULA = (
     "handling + deburring, and the beam's lot / pieces + its area + contours; parts with the same coat share its lot"
 )
 _MADE = f"{ESTIMATE} from stock, cutting and clampings, see cost.json"
+_PRINTED = f"{ESTIMATE} from material, the printer's hours and work by hand, see cost.json"
 _LEFT_OUT = ("assembly", "electronics and motor drives", "inspection", "freight", "tax")
 
 
@@ -87,8 +99,11 @@ def machine_cost(d: Dimensions, assembly: Assembly, clampings: Mapping[str, int]
         if not part.make:
             lines.append(_bought(part.number, count, known.get(part.number) or part_price(part.number)))
             continue
-        work = work_of(part, clampings.get(part.number, 1), shop)
         material = material_id(part)
+        if part.material.process:
+            lines.append(_printed(part, count, material, shop))
+            continue
+        work = work_of(part, clampings.get(part.number, 1), shop)
         todo, stock = making(work, material, shop), known.get(part.number)
         if coat := coat_of(part):  # parts of an order with the same coat are one lot
             todo = replace(todo, batch_EUR=todo.batch_EUR / coats[coat])
@@ -100,8 +115,17 @@ def machine_cost(d: Dimensions, assembly: Assembly, clampings: Mapping[str, int]
         source = _MADE if stock is None else f"{_MADE}; stock: {stock.source}"
         name = material if material in STOCKS else _OTHER_STOCK
         lines.append(CostLine(part.number, count, True, tuple(units), source, work, todo, name, tuple(paid)))
-    lines += [_bought(one.number, one.quantity, part_price(one.number)) for one in assembly.supplies]
+    lines += [
+        _bought(one.number, one.quantity, known.get(one.number) or part_price(one.number)) for one in assembly.supplies
+    ]
     return Cost(tuple(lines), shop)
+
+
+def _printed(part: Part, count: int, material: str, shop: Rates) -> CostLine:
+    """The line of a printed part: filament or powder, the printer's hours, and what is done by hand."""
+    todo = printing(part, material)
+    units = tuple(round(todo.of_one(count * machines, shop), CENTS) for machines in BATCHES)
+    return CostLine(part.number, count, True, units, _PRINTED, making=todo, stock=material)
 
 
 def _bought(number: str, quantity: int, price: Price) -> CostLine:
@@ -118,6 +142,7 @@ def cost_record(cost: Cost) -> dict[str, Any]:
             "shop": cost.rates.record(),
             "stock": {name: asdict(stock) for name, stock in STOCKS.items()} | {_OTHER_STOCK: asdict(OTHER)},
             "stock_source": f"{ESTIMATE} for cut lengths and a small mill; volume of the part with its allowance",
+            "print": {name: asdict(one) for name, one in PRINTS.items()} | {"material_EUR_kg": PRINTED_EUR_KG},
             "bought_share_by_machines": {str(count): share for count, share in BREAKS.items()},
             "bought_share_source": ESTIMATE,
             "formula": _FORMULA,

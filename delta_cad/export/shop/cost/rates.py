@@ -91,6 +91,38 @@ STOCKS = {
 PLATES_MM = (5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0)
 """Thicknesses of plate bought with both faces milled, mm; an estimate, at the price by mass of other stock."""
 PLATE_MATERIALS = ("aluminium-6082", "aluminium-7075")
+
+
+@dataclass(frozen=True)
+class Print:
+    """How a printer makes parts of a process.
+
+    Attributes:
+        hour_EUR: An hour of the machine: what it is written off by, power, wear.
+        volume_mm3_h: That it prints in an hour, solid.
+        prepare_min: Slicing and starting a part number, once a batch.
+        handle_min: Taking a piece off and breaking its supports away.
+        insert_min: Melting in an insert.
+        ream_min: Reaming a bore.
+        waste_share: Of the material: supports, purge, prints that fail.
+        work_EUR_h: An hour of who does it.
+    """
+
+    hour_EUR: float
+    volume_mm3_h: float
+    prepare_min: float = 5.0
+    handle_min: float = 2.0
+    insert_min: float = 0.5
+    ream_min: float = 1.0
+    waste_share: float = 0.15
+    work_EUR_h: float = 25.0
+
+
+PRINTS = {"fdm": Print(0.75, 25_000.0), "sls": Print(12.0, 60_000.0)}
+"""Process -> how it prints. Source: 0.75 EUR an hour below 5 h (formlab.schoolofarts.be, how much does FDM printing
+cost, read 2026-11-28); 25 cm^3 an hour of a 0.4 mm nozzle, hours of powder and what work takes from memory: check."""
+PRINTED_EUR_KG = {"petg-fdm": 25.0, "pla-fdm": 20.0, "pa-cf-fdm": 70.0, "pa12-sls": 90.0}
+"""Id of a printed material -> its price; the shop of that page takes 0.032 EUR for a gram of PLA."""
 OTHER = Stock(20.0, 5_000.0)
 BREAKS = {1: 1.0, 10: 0.9, 100: 0.75}
 """Machines made at once -> share of the single price that bought parts cost then."""

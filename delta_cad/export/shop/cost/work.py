@@ -11,8 +11,18 @@ from math import pi
 import numpy as np
 
 from delta_cad import catalogue
+from delta_cad.assembly.printing import inserts_of
 from delta_cad.common.units import MM_PER_M
-from delta_cad.export.shop.cost.rates import OTHER, PLATE_MATERIALS, PLATES_MM, STOCKS, Rates, Stock
+from delta_cad.export.shop.cost.rates import (
+    OTHER,
+    PLATE_MATERIALS,
+    PLATES_MM,
+    PRINTED_EUR_KG,
+    PRINTS,
+    STOCKS,
+    Rates,
+    Stock,
+)
 from delta_cad.solids.part import Part
 
 _ROUND_SHARE = 0.6  # of a part's area that turns about one axis, or is square to it, from which on it is turned
@@ -83,6 +93,17 @@ class Making:
         minute = rates.hour_EUR / MINUTES
         batch = self.batch_min * minute + self.batch_EUR
         return self.material_EUR + self.piece_min * minute + self.piece_EUR + batch / pieces
+
+
+def printing(part: Part, material: str) -> Making:
+    """Computes what a printed part of a material of the catalogue, by its id, costs: of a piece and of a batch."""
+    own, grams = PRINTS[part.material.process], part.solid.Volume() * part.material.density_kg_m3 / 1e6
+    bores = [bore for hole in part.holes for bore in hole.bores]
+    minutes = own.handle_min + own.insert_min * len(inserts_of(part)) + own.ream_min * sum(bool(b.fit) for b in bores)
+    minute = own.work_EUR_h / MINUTES
+    hours = float(part.solid.Volume()) / own.volume_mm3_h
+    stuff = grams / 1e3 * PRINTED_EUR_KG[material] * (1.0 + own.waste_share)
+    return Making(stuff, 0.0, 0.0, minutes * minute + hours * own.hour_EUR, own.prepare_min * minute)
 
 
 def work_of(part: Part, clampings: int, rates: Rates) -> Work:
