@@ -135,7 +135,7 @@ def make_rod_eye(d: Dimensions) -> Part:
     on_tube = within(between(bore, (-width / 2, 0, 0), (width / 2, 0, 0)), 0.0, EYE_WIDER_UM)
     boring.add(f"{bore:g} through, bonded on the tube", [on_tube])
     eye = between(f.eye_diameter_mm, (-LUG_MM / 2, y, z), (LUG_MM / 2, y, z))
-    boring.add(f"{f.eye_diameter_mm:g} through the lug, edges rounded: spring", [eye])
+    boring.add(f"{f.eye_diameter_mm:g} through the lug, edges rounded R0.3: spring", [eye])
     shape = feature(number, "ring", "hardware.tube", body)
     solid = feature(number, "eye", "hardware.tube", lambda: cut(shape, boring.tools))
     first, second = f.eyes_x_mm
