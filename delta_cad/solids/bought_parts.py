@@ -13,7 +13,7 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.forearm import BALL_GLUE_MM, EYE_WALL_MM, ForearmDimensions
 from delta_cad.dimensions.layers import motor_thread_mm
-from delta_cad.dimensions.tolerances import EROSION_UM, preload_range_N, spring_height_mm
+from delta_cad.dimensions.tolerances import BALL_CENTRE_MM, EROSION_UM, preload_range_N, spring_height_mm
 from delta_cad.mechanism.geometry import SIN_60
 from delta_cad.solids.boring import Boring, along_y, along_z, blind, within
 from delta_cad.solids.making import bought_part, made_part, material, ordered, round_y, round_z
@@ -229,7 +229,8 @@ def make_joint_ball(d: Dimensions) -> Part:
     sphere = ball(f.ball_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     deep, boring = radius - floor, Boring()
     eroded = within(blind(along_y(hole, (0.0, 0.0), (radius, floor))), -EROSION_UM, EROSION_UM)
-    boring.add(f"{hole:.2f} x {deep:g} from the ball's surface, eroded on centre", [eroded])
+    centred = f"eroded within {BALL_CENTRE_MM:g} of its centre"
+    boring.add(f"{hole:.2f} x {deep:g} from the ball's surface, {centred}", [eroded])
     solid = feature(number, "hole", "hardware.ball_diameter_mm", lambda: cut(sphere, boring.tools))
     rim = (radius**2 - (hole / 2) ** 2) ** 0.5
     extent = (-radius, radius), (-radius, rim), (-radius, radius)

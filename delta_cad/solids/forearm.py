@@ -130,7 +130,7 @@ def make_rod_eye(d: Dimensions) -> Part:
     on_tube = between(f.eye_bore_mm, (-half, 0, 0), (half, 0, 0))
     boring.add(f"{f.eye_bore_mm:g} through, bonded on the tube", [on_tube])
     eye = between(f.eye_diameter_mm, (-half, y, z), (half, y, z))
-    boring.add(f"{f.eye_diameter_mm:g} through the lug, edges rounded: spring", [eye])
+    boring.add(f"{f.eye_diameter_mm:g} through the lug, edges rounded R0.3: spring", [eye])
     shape = feature(number, "ring", "hardware.tube", body)
     solid = feature(number, "eye", "hardware.tube", lambda: cut(shape, boring.tools))
     first, second = f.eyes_x_mm

@@ -97,12 +97,14 @@ def check_mates(assembly: Assembly, general: str = REQUIRED) -> list[CheckResult
 
     Returns:
         One result a kind of pair, `mates dowels of ...` or `mates screws of ...`: the play that is left in the worst
-        case, mm, at the pin that has the least.
+        case, mm, at the pin that has the least. Of a bought part whose maker states no zone for its holes the detail
+        has the largest that the pattern bears.
     """
     patterns = dict[Pair, _Pattern]()
     for carried in carried_by_link(assembly).values():
         patterns |= {pair: _Pattern(carried, pins, general) for pair, pins in _pairs(carried).items()}
     found: dict[str, list[tuple[float, float, str]]] = defaultdict(list)
+    assumed = dict[str, tuple[str, float]]()
     for pattern in patterns.values():
         located = pattern.located(patterns)
         if len(pattern.pins) < 2 and not pattern.pins[0].is_dowel:
@@ -113,16 +115,21 @@ def check_mates(assembly: Assembly, general: str = REQUIRED) -> list[CheckResult
             continue
         for kind, name, worst, usual in pattern.clearances(located):
             found[f"mates {kind} of {parts}"].append((worst, usual, name))
-    return [_result(name, rows) for name, rows in found.items()]
+            if (own := pattern.assumed) is not None:
+                assumed[f"mates {kind} of {parts}"] = own
+    return [_result(name, rows, assumed.get(name)) for name, rows in found.items()]
 
 
-def _result(name: str, rows: Sequence[tuple[float, float, str]]) -> CheckResult:
+def _result(name: str, rows: Sequence[tuple[float, float, str]], assumed: tuple[str, float] | None) -> CheckResult:
     rows = sorted(rows)
     worst, usual, pin = rows[0]
     bad = [f"{own} {value:.3f}" for value, _, own in rows if value < -_ROUNDING_MM]
     failing = f"{len(bad)} of {len(rows)} do not go in at the limits: {', '.join(bad[:_SHOWN])}; " if bad else ""
     left = f"play left in the worst case, least of {len(rows)}; {usual:.3f} mm in 99.73 % of machines"
     detail = f"{failing}{left}; zones, fits and slots as drawn"
+    if assumed is not None:
+        part, zone = assumed
+        detail += f"; holes of the {part} may lie in zones of {zone + 2.0 * worst:.3f}, {zone:g} is assumed"
     return CheckResult(name, not bad, worst, 0.0, "mm", worst_pair=(pin,), detail=detail)
 
 
@@ -145,6 +152,12 @@ class _Pattern:
         points = np.array([pin.point for pin in pins]) @ self._plane.T
         self._reach_mm = max((float(np.hypot(*(a - b))) for a, b in combinations(points, 2)), default=1.0)
         self._shafts = tuple(self._common())
+
+    @property
+    def assumed(self) -> tuple[str, float] | None:
+        """Bought part whose holes have an assumed zone, and that zone, mm; None: neither part is one."""
+        owners = (one.owner.part.number for one in self.pins[0].holes)
+        return next(((one, _BOUGHT_ZONES_MM[one]) for one in owners if one in _BOUGHT_ZONES_MM), None)
 
     def located(self, others: dict[Pair, _Pattern]) -> Locators | None:
         """Gives what holds one part on the other; None: the screws alone."""

@@ -33,6 +33,7 @@ END_TORQUE_N_m = {"M2.5": 0.5, "M3": 1.0, "M4": 2.2}
 
 MAGNET_WIDER_UM = 30.0
 """By which a magnet's seat may be wider: bonded, and never too narrow."""
+BALL_CENTRE_MM = 0.05  # from a ball's centre to the axis of its hole, at most
 EROSION_UM = 20.0  # diameter of a ball's eroded hole, either way
 LINER_TURNED_MM = 0.01  # diameters of a plastic shell and of its cup, either way: half of the bond between them
 BAR_WIDER_UM = 20.0  # by which a cross-bar's bore may be wider than nominal: the bond's thickness
@@ -61,7 +62,7 @@ PREDRILLED_MM, PREDRILLED_ZONE_MM = 2.5, 0.05  # of holes for 3 mm pins that are
 STOP_ZONE_MM = 0.1  # of a stop pin, and of the ends of the sector's slot, which meet it
 MOTOR_ZONE_MM, BOARD_ZONE_MM = 0.2, 0.1
 """Zones of the threads in a motor's face, about its pilot, and of the holes of a circuit board, of which makers state
-none: ISO 2768-m of such circles, and what boards are drilled to."""
+none: ISO 2768-m of such circles, and what boards are drilled to; the check of mates states the largest borne."""
 BOARD_THREADS_MM = 0.2  # zone of an encoder board's threads, at most: half of it adds to the encoder's centring
 COAXIAL_MM = 0.05  # zone for the axis of an encoder's magnet in its shaft: half of it adds to the encoder's centring
 TRUE_MM = 0.05  # zone for the axes of a pinion's groove and of a cross-bar's studs, half of it in their chains

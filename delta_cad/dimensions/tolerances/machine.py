@@ -29,6 +29,7 @@ from delta_cad.dimensions.forearm import BALL_GLUE_MM, BAR_GLUE_MM, TILT_MARGIN_
 from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.layers import BOARD_STAND_OFF_MM, SPAN_MM
 from delta_cad.dimensions.tolerances import (
+    BALL_CENTRE_MM,
     BOARD_THREADS_MM,
     BOARD_ZONE_MM,
     COAXIAL_MM,
@@ -438,6 +439,7 @@ def _ball_links(d: Dimensions, holder: str) -> list[Link]:
         either_way("cross_bar", "in its bond", "set", _bar_mm(d, holder)),
         either_way("cross_bar", "studs off its middle", "place", TRUE_MM / 2.0),
         either_way("joint_ball", "on its stud, in its bond", "set", BALL_GLUE_MM + pin / 2000.0),
+        either_way("joint_ball", "hole off its centre", "place", BALL_CENTRE_MM),
     ]
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 
 from delta_cad.assembly.machine import Assembly
+from delta_cad.checks.range import mates
 from delta_cad.checks.range.mates import check_mates
 from delta_cad.checks.report import CheckResult
 from delta_cad.solids.part import Bore, Hole, Part, Slot
@@ -152,3 +154,23 @@ def test_a_direct_drive_has_both_cheeks_on_a_hole_and_a_slot(direct_assembly: As
     assert all(one.passed for one in found.values())
     sides = (found[f"mates dowels of {side}"].value for side in (MOTOR_SIDE, ENCODER_SIDE))
     assert len({round(value or 0.0, 9) for value in sides}) == 1
+
+
+@pytest.mark.parametrize("part", ["motor", "encoder_board"])
+def test_the_zone_that_a_bought_part_may_have_is_the_largest_that_goes_in(
+    best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch, part: str
+) -> None:
+    zones = dict(mates._BOUGHT_ZONES_MM)
+
+    def with_zone(zone_mm: float) -> CheckResult:
+        monkeypatch.setattr(mates, "_BOUGHT_ZONES_MM", zones | {part: zone_mm})
+        name = f"mates screws of {' and '.join(sorted((part.replace('_', ' '), f'{cheek} cheek')))}"
+        return next(result for result in check_mates(best_assembly) if result.name == name)
+
+    cheek = "motor" if part == "motor" else "encoder"
+    stated = re.search(r"may lie in zones of ([\d.]+), ([\d.]+) is assumed", with_zone(zones[part]).detail)
+    assert stated is not None
+    largest = float(stated[1])
+    assert largest >= float(stated[2]) == zones[part]
+    assert with_zone(largest - 1e-3).passed
+    assert not with_zone(largest + 1e-3).passed

@@ -51,6 +51,7 @@ BALL: list[Line] = [
     ("in its bond", BAR, 1.0),
     ("studs off its middle", 0.05 / 2.0, 1.0),
     ("on its stud, in its bond", 0.025 + (0.010 + 0.020) / 2.0, 1.0),  # a layer of 0.025, 2.5 h7, 20 um of erosion
+    ("hole off its centre", 0.05, 1.0),
 ]
 WRIST: list[Line] = [("place of a bar's bore", PLACE, 1.0), *BALL]
 AXES: list[Line] = [
