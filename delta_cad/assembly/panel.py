@@ -52,13 +52,16 @@ def place_bench(builder: AssemblyBuilder) -> None:
     for k, (x, y) in enumerate(bench.pads_mm):
         placed = at(x, y, bench.ground_mm)
         builder.put(f"bench_pad_{k}", builder.made(make_bench_pad), "base", placed, under, path=UP, frame="base_plate")
-    row, screw = catalogue.screw(MOUNT_SCREW), builder.screw(MOUNT_SCREW, bench.screw_mm)
+    row = catalogue.low_screw(MOUNT_SCREW)
+    screw, low = builder.cap_screw(row, bench.screw_mm), bench.top_mm - bench.thickness_mm
     held = (
-        seated("base_plate", SHARE * ring(row.head_diameter_mm, b.mount_hole_mm), "screw's head on the base plate"),
-        bolted("bench_plate", bench.screw_mm - b.thickness_mm - CHAMFERS_MM, "screw in the bench plate's thread"),
+        seated(
+            "bench_plate", SHARE * ring(row.head_diameter_mm, b.mount_hole_mm), "screw's head under the bench plate"
+        ),
+        bolted("base_plate", bench.screw_mm - bench.thickness_mm - CHAMFERS_MM, "screw in the base plate's thread"),
     )
     for k, (x, y) in enumerate(b.mounts_mm):
-        builder.put(f"mount_screw_{k}", screw, "base", pointing((0, 0, 1), x, y, b.top_mm), *held, path=DRIVEN)
+        builder.put(f"mount_screw_{k}", screw, "base", pointing((0, 0, -1), x, y, low), *held, path=DRIVEN)
 
 
 def place_panel(builder: AssemblyBuilder) -> tuple[str, ...]:

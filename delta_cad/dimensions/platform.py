@@ -61,7 +61,7 @@ _BOSS_LEAST_MM = 2 * WEB_CORNER_MM[0]  # length of a wrist boss, at whose ends i
 LENGTH_MM = 1e-9  # roundings of a length that is asked
 FACTOR = 1.5  # of the largest force at the handle: a user pushes against what the machine renders, and more
 FOOT_FRICTION = 0.5  # of rubber on a dry, smooth table; from memory, the low end of 0.5 to 0.8
-PAD_MM = 30.0, 3.0  # a pad of the bench plate: diameter and height
+PAD_MM = 30.0, 6.0  # a pad of the bench plate: diameter, and height, more than that of the screws' heads beside it
 PAD_RIM_MM = 3.0  # of the bench plate around it
 BENCH_MATERIAL = "steel-s235"
 BENCH_MM = 6.0, 8.0, 10.0, 12.0, 15.0, 20.0  # plates in stock
@@ -316,7 +316,7 @@ class BenchDimensions:
         y_mm: Along y.
         thickness_mm: Of the plate.
         top_mm: Height of its upper face, which the base plate lies on.
-        screw_mm: Length of the screws through the base plate.
+        screw_mm: Length of the screws through it into the base plate's threads.
         mass_kg: Of the plate.
         tips_N: Least force at the knob that tips the machine, by what it weighs at least.
         slides_N: Least force that slides it.
@@ -540,7 +540,7 @@ def _bench(d: Dimensions, reach_mm: np.ndarray, thickness_mm: float) -> BenchDim
     mass = ((x1 - x0) * (y1 - y0) - pi / 4 * d.base.centre_hole_mm**2) * thickness_mm * density
     top = d.base.top_mm - d.base.thickness_mm
     through = d.base.thickness_mm + thickness_mm
-    screw = max((one for one in catalogue.screw(MOUNT_SCREW).lengths_mm if one <= through), default=through)
+    screw = max((one for one in catalogue.low_screw(MOUNT_SCREW).lengths_mm if one <= through), default=through)
     bare = BenchDimensions((x0, x1), (y0, y1), thickness_mm, top, screw, mass, inf, inf)
     tips, slides = standing_N(d, np.array(bare.pads_mm), bare.ground_mm, bare)
     return BenchDimensions((x0, x1), (y0, y1), thickness_mm, top, screw, mass, tips, slides)

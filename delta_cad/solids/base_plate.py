@@ -54,8 +54,8 @@ def make_base_plate(d: Dimensions) -> Part:
     if d.bench is None:
         bored(f"{b.mount_hole_mm:g} through, mounting", b.mount_hole_mm, b.mounts_mm)
     else:
-        mounts = (placed(along_z(b.mount_hole_mm, at, through), _bench_zone_mm(d)) for at in b.mounts_mm)
-        boring.add(f"{b.mount_hole_mm:g} through, mounting", mounts)
+        mounts = (placed(tapped(along_z(0.0, at, through), MOUNT_SCREW), _bench_zone_mm(d)) for at in b.mounts_mm)
+        boring.add(f"{MOUNT_SCREW} through, bench plate", mounts)
     if b.window_mm:
         bored(f"{b.window_mm:g} through, lightening", b.window_mm, [(x, y) for x, y, _ in b.holes_mm[1:]])
     solid = feature(number, "bores", "base_radius_mm", lambda: cut(plate, boring.tools))
@@ -75,7 +75,7 @@ def _threads(d: Dimensions, through: tuple[float, float]) -> list[Bore]:
 
 
 def make_bench_plate(d: Dimensions) -> Part:
-    """Steel plate that a machine stands on which stands free, with the threads of the base plate's screws."""
+    """Steel plate that a machine stands on which stands free, with holes for screws from below."""
     number, b = "bench_plate", d.bench
     assert b is not None
     z = (b.top_mm - b.thickness_mm, b.top_mm)
@@ -83,8 +83,9 @@ def make_bench_plate(d: Dimensions) -> Part:
     plate = edge_break(number, blank, ">Z or <Z", 1.0)
     boring = Boring()
     boring.add(f"{d.base.centre_hole_mm:g} through, cables", [along_z(d.base.centre_hole_mm, (0.0, 0.0), z)])
-    threads = (placed(tapped(along_z(0.0, at, z), MOUNT_SCREW), _bench_zone_mm(d)) for at in d.base.mounts_mm)
-    boring.add(f"{MOUNT_SCREW} through, base plate", threads)
+    hole = d.base.mount_hole_mm
+    mounts = (placed(along_z(hole, at, z), _bench_zone_mm(d)) for at in d.base.mounts_mm)
+    boring.add(f"{hole:g} through, base plate", mounts)
     solid = feature(number, "bores", "mounting", lambda: cut(plate, boring.tools))
     long, wide = b.size_mm
     text = f"bench plate {long:g} x {wide:g} x {b.thickness_mm:g}, {b.mass_kg:.1f} kg, on which the machine stands free"
