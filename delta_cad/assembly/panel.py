@@ -52,7 +52,7 @@ def place_bench(builder: AssemblyBuilder) -> None:
     for k, (x, y) in enumerate(bench.pads_mm):
         placed = at(x, y, bench.ground_mm)
         builder.put(f"bench_pad_{k}", builder.made(make_bench_pad), "base", placed, under, path=UP, frame="base_plate")
-    row = catalogue.low_screw(MOUNT_SCREW)
+    row = catalogue.low_screw(f"low-{MOUNT_SCREW}")
     screw, low = builder.cap_screw(row, bench.screw_mm), bench.top_mm - bench.thickness_mm
     held = (
         seated(

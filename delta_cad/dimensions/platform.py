@@ -392,7 +392,7 @@ def sliding_N_kg(gravity_m_s2: np.ndarray) -> float:
     On a level table a weight W slides at `W mu / sqrt(1 + mu^2)`, the force raised by the angle of friction.
     """
     down, aside = -float(gravity_m_s2[2]), float(np.hypot(gravity_m_s2[0], gravity_m_s2[1]))
-    return max(FOOT_FRICTION * down - aside, 0.0) / sqrt(1.0 + FOOT_FRICTION**2)
+    return max(0.0, FOOT_FRICTION * down - aside) / sqrt(1.0 + FOOT_FRICTION**2)
 
 
 def fixed_mass(d: Dimensions) -> tuple[float, np.ndarray]:
@@ -540,7 +540,9 @@ def _bench(d: Dimensions, reach_mm: np.ndarray, thickness_mm: float) -> BenchDim
     mass = ((x1 - x0) * (y1 - y0) - pi / 4 * d.base.centre_hole_mm**2) * thickness_mm * density
     top = d.base.top_mm - d.base.thickness_mm
     through = d.base.thickness_mm + thickness_mm
-    screw = max((one for one in catalogue.low_screw(MOUNT_SCREW).lengths_mm if one <= through), default=through)
+    screw = max(
+        (one for one in catalogue.low_screw(f"low-{MOUNT_SCREW}").lengths_mm if one <= through), default=through
+    )
     bare = BenchDimensions((x0, x1), (y0, y1), thickness_mm, top, screw, mass, inf, inf)
     tips, slides = standing_N(d, np.array(bare.pads_mm), bare.ground_mm, bare)
     return BenchDimensions((x0, x1), (y0, y1), thickness_mm, top, screw, mass, tips, slides)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 from scipy.optimize import linprog
 
 from delta_cad.checks.structure import check_structure
@@ -20,13 +21,15 @@ from delta_cad.dimensions.platform import (
     knob_centre_mm,
 )
 from delta_cad.solids.base_plate import make_base_plate
-from delta_cad.structure.beam_model import moduli_N_mm2
+from delta_cad.structure.beam_model import beam_model, moduli_N_mm2
+from delta_cad.structure.compliance import compliance
 from delta_cad.structure.hardware.refusals import least_outline_mm, refusals
 from delta_cad.structure.loads import screw_pull_N
+from delta_cad.structure.modes import Moving, MovingBody, first_mode_Hz
 from delta_cad.structure.mounting import _Plate, mounting, rubber_N_mm, supports, upset
 from delta_cad.structure.report import stiffness
 from delta_cad.structure.section import POISSON
-from tests.delta_cad.structure.machines import committed, design, places, table
+from tests.delta_cad.structure.machines import committed, design, places, table, what_moves
 from tests.delta_cad.structure.solid_model import flexibility, meshed
 
 GRAVITY = 9.81
@@ -233,7 +236,7 @@ def test_feet_are_refused_before_any_solid_is_made_and_the_plate_is_named_with_i
     x, y = bench.size_mm
     assert f'"plate": a steel plate of {x:g} x {y:g} x {bench.thickness_mm:g} mm, {bench.mass_kg:.1f} kg' in message
     assert 'hardware.mounting = "screws" holds it' in message
-    assert not standing(on("feet", force_N=0.2))  # a machine that is that feeble stands on its feet
+    assert not standing(on("feet", force_N=0.2, peak_force_N=0.3))  # a machine that is that feeble stands on its feet
     assert not standing(on_plate())
     assert not standing(on("screws", force_N=3.0, peak_force_N=8.0))
 
@@ -274,6 +277,36 @@ def test_a_plate_makes_it_nearly_as_stiff_as_screws_and_feet_do_not() -> None:
     assert plate.least_N_mm > 0.85 * screwed.least_N_mm
 
 
+def test_the_mass_of_the_base_lowers_the_first_mode_of_a_machine_on_feet() -> None:
+    """All roots of a rigid platform on the machine's springs on a rigid base on its feet: twelve coordinates."""
+    d = on("feet")
+    d = replace(d, base=replace(d.base, thickness_mm=60.0))  # does not bend
+    machine, p = beam_model(d), places()[0]
+    base = MovingBody(1.5, np.array([4.0, -3.0, -50.0]), np.diag([8000.0, 8000.0, 9000.0]))
+    nothing = MovingBody(0.0, np.zeros(3), np.zeros((3, 3)))
+    what = Moving(what_moves().platform, nothing, (0.0, 0.0, 0.0), base)
+
+    def turning(x: float, y: float, z: float) -> np.ndarray:
+        return np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+
+    def rigid(body: MovingBody) -> np.ndarray:
+        aside = body.mass_kg * turning(*body.centre_mm)
+        return np.block([[body.mass_kg * np.eye(3), aside], [aside.T, body.inertia_kg_mm2]])
+
+    feet, under = np.zeros((6, 6)), supports(d)
+    for x, y in under.places_mm:
+        moved = np.concatenate([np.eye(3), turning(x, y, d.base.top_mm - 30.0 - under.below_mm)], axis=1)
+        feet += moved.T @ np.diag([under.lateral_N_mm, under.lateral_N_mm, under.axial_N_mm]) @ moved
+    held = np.linalg.inv(compliance(replace(machine, mounting=None), p).platform)
+    carried = np.block([[np.eye(3), turning(*p)], [np.zeros((3, 3)), np.eye(3)]])
+    springs = np.block([[held, -held @ carried], [-carried.T @ held, carried.T @ held @ carried + feet]])
+    masses = np.block([[rigid(what.platform), np.zeros((6, 6))], [np.zeros((6, 6)), rigid(base)]])
+    lowest = float(np.sqrt(1e3 * eigh(springs, masses, eigvals_only=True)[0]) / (2.0 * np.pi))
+    found, light = (float(first_mode_Hz(machine, one, p)) for one in (what, replace(what, base=None)))
+    assert lowest * (1.0 - 1e-3) <= found < 1.1 * lowest  # what is taken to follow a force is no lower
+    assert light > 1.3 * lowest
+
+
 def test_the_mass_that_is_named_is_the_least_that_holds() -> None:
     d, force = on("feet"), 8.0
     knob, mass = stiffness(d).table.knob_mm, bodies()
@@ -311,8 +344,6 @@ def test_it_slides_where_friction_ends() -> None:
 
 
 def test_checks_refuse_a_machine_that_tips_and_one_that_pulls_its_screws_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    from tests.delta_cad.structure.machines import what_moves
-
     monkeypatch.setattr("delta_cad.structure.report.moving", lambda *_: what_moves())
     d = on("feet", force_N=3.0, peak_force_N=8.0)
     results = {r.name: r for r in check_structure(d, bodies())}
