@@ -21,7 +21,7 @@ from delta_cad.assembly.builder import (
 )
 from delta_cad.assembly.machine import PathSegment
 from delta_cad.dimensions.panel import CLOTH_MM, COLLAR_MM, SCREW, SLEEVE_WALL_MM
-from delta_cad.dimensions.platform import MOUNT_SCREW, PAD_MM
+from delta_cad.dimensions.platform import BENCH_HOLE, MOUNT_SCREW, PAD_MM
 from delta_cad.solids import panel
 from delta_cad.solids.base_plate import make_bench_pad, make_bench_plate
 
@@ -52,12 +52,10 @@ def place_bench(builder: AssemblyBuilder) -> None:
     for k, (x, y) in enumerate(bench.pads_mm):
         placed = at(x, y, bench.ground_mm)
         builder.put(f"bench_pad_{k}", builder.made(make_bench_pad), "base", placed, under, path=UP, frame="base_plate")
-    row = catalogue.low_screw(f"low-{MOUNT_SCREW}")
+    row, hole = catalogue.low_screw(f"low-{MOUNT_SCREW}"), catalogue.screw(BENCH_HOLE).clearance_hole_mm
     screw, low = builder.cap_screw(row, bench.screw_mm), bench.top_mm - bench.thickness_mm
     held = (
-        seated(
-            "bench_plate", SHARE * ring(row.head_diameter_mm, b.mount_hole_mm), "screw's head under the bench plate"
-        ),
+        seated("bench_plate", SHARE * ring(row.head_diameter_mm, hole), "screw's head under the bench plate"),
         bolted("base_plate", bench.screw_mm - bench.thickness_mm - CHAMFERS_MM, "screw in the base plate's thread"),
     )
     for k, (x, y) in enumerate(b.mounts_mm):

@@ -64,6 +64,7 @@ FOOT_FRICTION = 0.5  # of rubber on a dry, smooth table; from memory, the low en
 PAD_MM = 30.0, 6.0  # a pad of the bench plate: diameter, and height, more than that of the screws' heads beside it
 PAD_RIM_MM = 3.0  # of the bench plate around it
 BENCH_MATERIAL = "steel-s235"
+BENCH_HOLE = "M6"  # whose clearance holes the bench plate has: wide enough for general tolerances
 BENCH_MM = 6.0, 8.0, 10.0, 12.0, 15.0, 20.0  # plates in stock
 _CHEEK_SHARE = 0.7  # of a cheek's outline by its thickness: seats, bores and pockets are cut out of it
 _BESIDE_MM = 0.5  # that a bench plate leaves of the outline

@@ -7,7 +7,7 @@ from math import cos, pi, radians, sin
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.platform import BENCH_MATERIAL, MOUNT_SCREW, PAD_MM
+from delta_cad.dimensions.platform import BENCH_HOLE, BENCH_MATERIAL, MOUNT_SCREW, PAD_MM
 from delta_cad.dimensions.tolerances.mates import screw_zone_mm
 from delta_cad.solids.boring import Boring, along_z, fitted, placed, sunk, tapped
 from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM, base_zone_mm
@@ -83,9 +83,8 @@ def make_bench_plate(d: Dimensions) -> Part:
     plate = edge_break(number, blank, ">Z or <Z", 1.0)
     boring = Boring()
     boring.add(f"{d.base.centre_hole_mm:g} through, cables", [along_z(d.base.centre_hole_mm, (0.0, 0.0), z)])
-    hole = d.base.mount_hole_mm
-    mounts = (placed(along_z(hole, at, z), _bench_zone_mm(d)) for at in d.base.mounts_mm)
-    boring.add(f"{hole:g} through, base plate", mounts)
+    hole = catalogue.screw(BENCH_HOLE).clearance_hole_mm
+    boring.add(f"{hole:g} through, base plate", (along_z(hole, at, z) for at in d.base.mounts_mm))
     solid = feature(number, "bores", "mounting", lambda: cut(plate, boring.tools))
     long, wide = b.size_mm
     text = f"bench plate {long:g} x {wide:g} x {b.thickness_mm:g}, {b.mass_kg:.1f} kg, on which the machine stands free"
@@ -103,5 +102,5 @@ def make_bench_pad(_: Dimensions) -> Part:
 
 
 def _bench_zone_mm(d: Dimensions) -> float:
-    """Zone of the screws between base plate and bench plate, which alone hold one on the other."""
+    """Zone of the threads of the bench plate's screws, which alone hold it on the base plate."""
     return screw_zone_mm(d.base.mount_hole_mm, catalogue.screw(MOUNT_SCREW).diameter_mm)

@@ -69,7 +69,7 @@ def test_the_bench_plate_weighs_what_it_was_sized_by_and_takes_every_screw() -> 
     (x, y, z) = part.extent_mm or ()
     assert z == (-d.base.thickness_mm + d.base.top_mm - bench.thickness_mm, d.base.top_mm - d.base.thickness_mm)
     assert (x, y) == (bench.x_mm, bench.y_mm)
-    for one, callout in ((part, "5.5 through"), (make_base_plate(d), "M5 through")):
+    for one, callout in ((part, "6.6 through"), (make_base_plate(d), "M5 through")):
         (found,) = (hole for hole in one.holes if callout in hole.callout)
         at = sorted((bore.start_mm[0], bore.start_mm[1]) for bore in found.bores)
         assert np.array(at) == pytest.approx(np.array(sorted(d.base.mounts_mm)))
