@@ -6,15 +6,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
 from math import atan2, ceil, cos, floor, hypot, inf, pi, radians, sin, sqrt, tau
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
+from delta_cad.design import Design
 from delta_cad.design.stands import EVEN, EVEN_DEG, Gap, narrowest_gap
+from delta_cad.dimensions.arm import ArmDimensions
 from delta_cad.dimensions.bracket import PLATE_RIM_MM, BracketDimensions, Circle
 from delta_cad.dimensions.forearm import BAR_BEYOND_MM, BAR_GLUE_MM, BAR_WALL_MM, ForearmDimensions
+from delta_cad.dimensions.layers import Layers
 from delta_cad.dimensions.rules import (
     BASE,
     DRILL_DIAMETERS,
@@ -31,9 +34,6 @@ from delta_cad.dimensions.rules import (
 from delta_cad.dimensions.sizes import largest_force_N, plate_mm, stem_mm
 from delta_cad.mechanism import joint_angles
 from delta_cad.mechanism.placement import CHAINS
-
-if TYPE_CHECKING:
-    from delta_cad.dimensions import Dimensions
 
 BASE_SCREW = "M4"  # foot blocks on the base plate
 _UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
@@ -67,7 +67,7 @@ BENCH_MATERIAL = "steel-s235"
 BENCH_HOLE = "M6"  # whose clearance holes the bench plate has: wide enough for general tolerances
 BENCH_MM = 6.0, 8.0, 10.0, 12.0, 15.0, 20.0  # plates in stock
 _CHEEK_SHARE = 0.7  # of a cheek's outline by its thickness: seats, bores and pockets are cut out of it
-_BESIDE_MM = 0.5  # that a bench plate leaves of the outline
+_MARGIN_MM = 0.5  # that a bench plate leaves of the outline
 _POSITIONS = 5  # along an edge of the cube, at which elbows are looked at
 
 
@@ -353,6 +353,34 @@ class BenchDimensions:
         return self.top_mm - self.thickness_mm - PAD_MM[1]
 
 
+class _Machine(Protocol):
+    """What a bench plate is dimensioned by of a machine, see `Dimensions`."""
+
+    @property
+    def design(self) -> Design: ...
+    @property
+    def arm(self) -> ArmDimensions: ...
+    @property
+    def layers(self) -> Layers: ...
+    @property
+    def bracket(self) -> BracketDimensions: ...
+    @property
+    def forearm(self) -> ForearmDimensions: ...
+    @property
+    def platform(self) -> PlatformDimensions: ...
+    @property
+    def base(self) -> BaseDimensions: ...
+    @property
+    def bench(self) -> BenchDimensions | None: ...
+    @property
+    def motor(self) -> catalogue.Motor: ...
+    @property
+    def knob(self) -> catalogue.Knob: ...
+    def stand(self, i: int) -> np.ndarray:
+        """(4, 4) frame of what stands on the base of chain i."""
+        ...
+
+
 def edges(
     feet_mm: np.ndarray,
     ground_mm: float,
@@ -396,7 +424,7 @@ def sliding_N_kg(gravity_m_s2: np.ndarray) -> float:
     return max(0.0, FOOT_FRICTION * down - aside) / sqrt(1.0 + FOOT_FRICTION**2)
 
 
-def fixed_mass(d: Dimensions) -> tuple[float, np.ndarray]:
+def fixed_mass(d: _Machine) -> tuple[float, np.ndarray]:
     """Computes what stands on the base weighs at least, kg, and its centre in the base frame, (3,) mm.
 
     Motors, cheeks, foot blocks and the base plate, in closed form; left out is what moves, whose weight lies inside the
@@ -442,20 +470,20 @@ def _hull(circles: Sequence[Circle]) -> tuple[float, tuple[float, float]]:
     return float(area), (cx, cy)
 
 
-def knob_centre_mm(d: Dimensions) -> float:
+def knob_centre_mm(d: _Machine) -> float:
     """Height of the knob's centre over the wrists' plane."""
     return d.platform.boss_diameter_mm / 2 + d.platform.stem_length_mm + d.knob.height_mm - d.knob.diameter_mm / 2
 
 
-def corners_of_cube_mm(d: Dimensions) -> np.ndarray:
+def corners_of_cube_mm(d: _Machine) -> np.ndarray:
     """(8, 3) corners of the cube, where a machine tips first."""
     cube = d.design.cube
     middle = np.array([cube.centre_x_mm or 0.0, 0.0, cube.bottom_height_mm + cube.half_side_mm])
     return middle + cube.half_side_mm * np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
-def standing_N(
-    d: Dimensions, feet_mm: np.ndarray, ground_mm: float, plate: BenchDimensions | None = None
+def upset_forces_N(
+    d: _Machine, feet_mm: np.ndarray, ground_mm: float, plate: BenchDimensions | None = None
 ) -> tuple[float, float]:
     """Computes the least forces at the knob that tip and that slide a machine, by `fixed_mass` and its bench plate."""
     gravity = np.array(d.design.requirements.gravity_m_s2)
@@ -469,7 +497,7 @@ def standing_N(
     return max(tips, 0.0), sliding_N_kg(gravity) * mass
 
 
-def bench_dimensions(d: Dimensions) -> BenchDimensions:
+def bench_dimensions(d: _Machine) -> BenchDimensions:
     """Dimensions the lightest steel plate on which a machine stands free: no wider than the machine itself, if it can.
 
     Of each thickness in stock that is as rigid as the base plate the smallest plate is sought that neither tips nor
@@ -488,7 +516,7 @@ def bench_dimensions(d: Dimensions) -> BenchDimensions:
     own = np.stack([np.minimum(least[:, 0], [own_x[0], own_y[0]]), np.maximum(least[:, 1], [own_x[1], own_y[1]])], -1)
     sides = sorted((required.envelope_width_mm, required.envelope_depth_mm))
     along_y = np.ptp(own, axis=1)[1] >= np.ptp(own, axis=1)[0]
-    allowed = np.array(sides if along_y else sides[::-1]) - 2.0 * _BESIDE_MM
+    allowed = np.array(sides if along_y else sides[::-1]) - 2.0 * _MARGIN_MM
     grown = np.maximum((allowed - np.ptp(own, axis=1)) / 2.0, 0.0)[:, None] * np.array([-1.0, 1.0])
 
     def made(low: np.ndarray, high: np.ndarray, share: float, thickness: float) -> BenchDimensions:
@@ -506,7 +534,7 @@ def bench_dimensions(d: Dimensions) -> BenchDimensions:
             if not stands(made(low, high, 1.0, thickness)):
                 continue
             near, far = 0.0, 1.0
-            while (far - near) * float(np.abs(high - low).max()) > _BESIDE_MM:
+            while (far - near) * float(np.abs(high - low).max()) > _MARGIN_MM:
                 middle = (near + far) / 2.0
                 near, far = (near, middle) if stands(made(low, high, middle, thickness)) else (middle, far)
             found.append(made(low, high, far, thickness))
@@ -524,7 +552,7 @@ def bench_dimensions(d: Dimensions) -> BenchDimensions:
     return largest
 
 
-def firmer_mounting(d: Dimensions) -> str:
+def firmer_mounting(d: _Machine) -> str:
     """States which mounting holds a machine that does not stand: screws, and a bench plate where one is enough."""
     found = 'hardware.mounting = "screws" holds it'
     if d.bench is not None or reasons_of(lambda: bench_dimensions(d)):
@@ -534,7 +562,7 @@ def firmer_mounting(d: Dimensions) -> str:
     return f'{found}, or "plate": a steel plate of {size} mm, {plate.mass_kg:.1f} kg'
 
 
-def _bench(d: Dimensions, reach_mm: np.ndarray, thickness_mm: float) -> BenchDimensions:
+def _bench(d: _Machine, reach_mm: np.ndarray, thickness_mm: float) -> BenchDimensions:
     """A bench plate that reaches so far, (2, 2) mm, in whole millimetres inwards; with what it holds."""
     (x0, x1), (y0, y1) = ((float(ceil(low)), float(floor(high))) for low, high in reach_mm.tolist())
     density = catalogue.material(BENCH_MATERIAL).density_kg_m3 / MM_PER_M**3
@@ -545,11 +573,11 @@ def _bench(d: Dimensions, reach_mm: np.ndarray, thickness_mm: float) -> BenchDim
         (one for one in catalogue.low_screw(f"low-{MOUNT_SCREW}").lengths_mm if one <= through), default=through
     )
     bare = BenchDimensions((x0, x1), (y0, y1), thickness_mm, top, screw, mass, inf, inf)
-    tips, slides = standing_N(d, np.array(bare.pads_mm), bare.ground_mm, bare)
+    tips, slides = upset_forces_N(d, np.array(bare.pads_mm), bare.ground_mm, bare)
     return BenchDimensions((x0, x1), (y0, y1), thickness_mm, top, screw, mass, tips, slides)
 
 
-def _reach_mm(d: Dimensions) -> tuple[tuple[float, float], tuple[float, float]]:
+def _reach_mm(d: _Machine) -> tuple[tuple[float, float], tuple[float, float]]:
     """From where to where elbows and motors reach along x and y, at sampled positions of the cube."""
     at = np.linspace(-1.0, 1.0, _POSITIONS)
     cube = d.design.cube

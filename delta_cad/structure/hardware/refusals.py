@@ -20,7 +20,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
 from delta_cad.dimensions.capstan import ROPE_FACTOR
-from delta_cad.dimensions.platform import FACTOR, firmer_mounting, standing_N
+from delta_cad.dimensions.platform import FACTOR, firmer_mounting, upset_forces_N
 from delta_cad.dimensions.rules import (
     ARM,
     BASE,
@@ -249,12 +249,12 @@ def _height(d: Dimensions) -> Iterator[Reason]:
         yield Reason("assembly", "height", message, ways)
 
 
-def _standing(d: Dimensions) -> Iterator[Reason]:
+def _stability(d: Dimensions) -> Iterator[Reason]:
     """Feet on which a machine would tip or slide even if it weighed `_WEIGHT_MOST` times what stands on its base."""
     if d.design.hardware.mounting != "feet":
         return
     force = FACTOR * largest_force_N(d.design.requirements)
-    least = _WEIGHT_MOST * min(standing_N(d, np.array(d.feet_mm), d.floor_mm))
+    least = _WEIGHT_MOST * min(upset_forces_N(d, np.array(d.feet_mm), d.floor_mm))
     if least < force:
         message = (
             f"{least:.3g} N at the knob tip or slide it on its feet, however heavy its parts are; it is to bear "
@@ -285,7 +285,7 @@ ALONE: dict[str, Callable[[Design], Iterable[Reason]]] = {"turning": _turning, "
 FORMS: dict[str, _Form] = {
     "outline": lambda d, _: _outline(d),
     "height": lambda d, _: _height(d),
-    "standing": lambda d, _: _standing(d),
+    "standing": lambda d, _: _stability(d),
     "cable plane": lambda d, _: _cable_plane(d),
     "cable travel": lambda d, _: _cable_travel(d),
     **{name: lambda d, held, form=form: form(d, held.margin_mm) for name, form in INTERFERENCE_FORMS.items()},

@@ -227,18 +227,20 @@ def test_no_plate_holds_a_machine_in_a_small_outline_or_without_gravity() -> Non
 
 
 def test_feet_are_refused_before_any_solid_is_made_and_the_plate_is_named_with_its_size() -> None:
-    def standing(d: Dimensions) -> list[str]:
+    def of_stability(d: Dimensions) -> list[str]:
         return [reason.message for reason in refusals(d.design) if reason.key == ("base_plate", "standing")]
 
-    (message,) = standing(on("feet", force_N=3.0, peak_force_N=8.0))
+    (message,) = of_stability(on("feet", force_N=3.0, peak_force_N=8.0))
     bench = on_plate().bench
     assert bench is not None
     x, y = bench.size_mm
     assert f'"plate": a steel plate of {x:g} x {y:g} x {bench.thickness_mm:g} mm, {bench.mass_kg:.1f} kg' in message
     assert 'hardware.mounting = "screws" holds it' in message
-    assert not standing(on("feet", force_N=0.2, peak_force_N=0.3))  # a machine that is that feeble stands on its feet
-    assert not standing(on_plate())
-    assert not standing(on("screws", force_N=3.0, peak_force_N=8.0))
+    assert not of_stability(
+        on("feet", force_N=0.2, peak_force_N=0.3)
+    )  # a machine that is that feeble stands on its feet
+    assert not of_stability(on_plate())
+    assert not of_stability(on("screws", force_N=3.0, peak_force_N=8.0))
 
 
 def test_a_rigid_machine_on_pads_moves_as_a_body_on_springs() -> None:
