@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from math import cos, pi, radians, sin
+from math import cos, pi, radians, sin, sqrt
 
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.platform import BENCH_HOLE, BENCH_MATERIAL, MOUNT_SCREW, PAD_MM
+from delta_cad.dimensions.tolerances.general import general_mm
 from delta_cad.dimensions.tolerances.mates import screw_zone_mm
 from delta_cad.solids.boring import Boring, along_z, fitted, placed, sunk, tapped
 from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM, base_zone_mm
@@ -102,5 +103,6 @@ def make_bench_pad(_: Dimensions) -> Part:
 
 
 def _bench_zone_mm(d: Dimensions) -> float:
-    """Zone of the threads of the bench plate's screws, which alone hold it on the base plate."""
-    return screw_zone_mm(d.base.mount_hole_mm, catalogue.screw(MOUNT_SCREW).diameter_mm)
+    """Zone of the threads of the bench plate's screws, whose holes in it are drilled to general tolerances."""
+    hole, drilled = catalogue.screw(BENCH_HOLE).clearance_hole_mm, 2.0 * sqrt(2.0) * general_mm(d.base.mount_circle_mm)
+    return screw_zone_mm(hole, catalogue.screw(MOUNT_SCREW).diameter_mm, other_mm=drilled)
