@@ -40,7 +40,7 @@ from delta_cad.assembly.builder import (
 from delta_cad.assembly.drive import place_capstan, place_direct
 from delta_cad.assembly.leads import place_leads
 from delta_cad.assembly.machine import Assembly
-from delta_cad.assembly.panel import place_panel, place_sleeves
+from delta_cad.assembly.panel import place_bench, place_panel, place_sleeves
 from delta_cad.assembly.sequence import assembly_sequence
 from delta_cad.assembly.supplies import inserts, supplies
 from delta_cad.dimensions import Dimensions, link_placement
@@ -81,6 +81,7 @@ def _base(builder: AssemblyBuilder) -> None:
     d = builder.d
     builder.put("base_plate", builder.made(make_base_plate), "base", np.eye(4))
     place_sleeves(builder)
+    place_bench(builder)
     if not d.has_feet:
         return
     low, row, stud = d.base.top_mm - d.base.thickness_mm, catalogue.screw(d.foot.thread), d.foot.stud_length_mm

@@ -1,12 +1,15 @@
-"""Panel, bezel and boot of a design, and the sleeves under its base: placed with their connections."""
+"""Panel, bezel and boot of a design, and the sleeves or the bench plate under its base: placed, with connections."""
 
 from __future__ import annotations
 
-from math import hypot
+from math import hypot, pi
 
 from delta_cad import catalogue
 from delta_cad.assembly.builder import (
+    CHAMFERS_MM,
     DOWN,
+    DRIVEN,
+    SHARE,
     UP,
     AssemblyBuilder,
     at,
@@ -18,7 +21,9 @@ from delta_cad.assembly.builder import (
 )
 from delta_cad.assembly.machine import PathSegment
 from delta_cad.dimensions.panel import CLOTH_MM, COLLAR_MM, SCREW, SLEEVE_WALL_MM
+from delta_cad.dimensions.platform import BENCH_HOLE, MOUNT_SCREW, PAD_MM
 from delta_cad.solids import panel
+from delta_cad.solids.base_plate import make_bench_pad, make_bench_plate
 
 _OVER_MM = 1.0  # by which a screw's tip goes below the panel, on its way in from aside
 
@@ -33,6 +38,28 @@ def place_sleeves(builder: AssemblyBuilder) -> None:
     for k, (x, y) in enumerate(d.base.mounts_mm):
         sleeve = builder.made(panel.make_mount_sleeve)
         builder.put(f"mount_sleeve_{k}", sleeve, "base", at(x, y, low), under, path=UP, frame="base_plate")
+
+
+def place_bench(builder: AssemblyBuilder) -> None:
+    """Places the bench plate, its pads and the screws that hold the base plate on it, where the design has one."""
+    b, bench = builder.d.base, builder.d.bench
+    if bench is None:
+        return
+    area = SHARE * pi * (b.radius_mm**2 - sum(r**2 for _, _, r in b.holes_mm))
+    on_it = seated("base_plate", area, "base plate on the bench plate")
+    builder.put("bench_plate", builder.made(make_bench_plate), "base", at(), on_it, path=UP)
+    under = seated("bench_plate", pi / 4 * PAD_MM[0] ** 2, "pad glued under the bench plate")
+    for k, (x, y) in enumerate(bench.pads_mm):
+        placed = at(x, y, bench.ground_mm)
+        builder.put(f"bench_pad_{k}", builder.made(make_bench_pad), "base", placed, under, path=UP, frame="base_plate")
+    row, hole = catalogue.low_screw(f"low-{MOUNT_SCREW}"), catalogue.screw(BENCH_HOLE).clearance_hole_mm
+    screw, low = builder.cap_screw(row, bench.screw_mm), bench.top_mm - bench.thickness_mm
+    held = (
+        seated("bench_plate", SHARE * ring(row.head_diameter_mm, hole), "screw's head under the bench plate"),
+        bolted("base_plate", bench.screw_mm - bench.thickness_mm - CHAMFERS_MM, "screw in the base plate's thread"),
+    )
+    for k, (x, y) in enumerate(b.mounts_mm):
+        builder.put(f"mount_screw_{k}", screw, "base", pointing((0, 0, -1), x, y, low), *held, path=DRIVEN)
 
 
 def place_panel(builder: AssemblyBuilder) -> tuple[str, ...]:

@@ -26,8 +26,9 @@ from delta_cad.dimensions.forearm import TUBE_ADHESIVE
 from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.leads import SENSOR_MM, STRAIGHT_MM
 from delta_cad.dimensions.panel import TEMPLATE
-from delta_cad.dimensions.platform import WRIST_MARK
+from delta_cad.dimensions.platform import FACTOR, WRIST_MARK
 from delta_cad.dimensions.rules import tenths_above
+from delta_cad.dimensions.sizes import largest_force_N
 from delta_cad.dimensions.tolerances import LIP_ROOM_MM, PREDRILLED_MM, END_TORQUE_N_m
 from delta_cad.dimensions.tolerances.cable_setting import STROKES, bench_pull_N, cable_setting
 from delta_cad.dimensions.tolerances.machine import general_class
@@ -72,8 +73,9 @@ def _conditions(d: Dimensions) -> dict[str, bool]:
         "feet": d.has_feet,
         "stud": d.foot.stud_length_mm is not None,
         "slot": d.capstan is not None and d.capstan.collar_at_motor,
-        "screwed": d.is_screwed_down,
+        "screwed": d.is_screwed_down and d.bench is None,
         "sleeves": bool(d.sleeve_mm),
+        "bench": d.bench is not None,
         "even": d.design.geometry.three_fold and not d.design.workspace.centre_x,
         "alike": d.design.geometry.three_fold,
         "off_axis": bool(d.design.workspace.centre_x),
@@ -127,6 +129,7 @@ def _values(d: Dimensions) -> dict[str, Any]:
         "template": TEMPLATE,
         "melt_C": _MELT_C,
         "wrist_mark": WRIST_MARK,
+        "stand_N": FACTOR * largest_force_N(d.design.requirements),
     }
     if d.sensed_at_shoulder:
         general = general_class(d)

@@ -134,7 +134,7 @@ def keys(d: Dimensions) -> tuple[Consumable, ...]:
 def mounts(d: Dimensions) -> tuple[Consumable, ...]:
     """Lists what holds the base down and the boot on its stem."""
     found = []
-    if d.is_screwed_down:
+    if d.is_screwed_down and d.bench is None:
         through = d.base.thickness_mm + d.sleeve_mm
         text = f"screw {MOUNT_SCREW} through the base plate, {through:g} mm and what it stands on long"
         row = ordered(catalogue.screw(MOUNT_SCREW))

@@ -11,10 +11,10 @@ import numpy as np
 from delta_cad import catalogue
 from delta_cad.checks.report import CheckResult
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.platform import MOUNT_SCREW
+from delta_cad.dimensions.platform import FACTOR, FOOT_FRICTION, MOUNT_SCREW, firmer_mounting
 from delta_cad.dimensions.sizes import largest_force_N
 from delta_cad.structure.loads import Load, screw_pull_N
-from delta_cad.structure.mounting import FACTOR, FOOT_FRICTION, upset
+from delta_cad.structure.mounting import upset
 from delta_cad.structure.report import KnobStiffness, StructureReport, structure_report
 from delta_cad.structure.strength import screw_N
 
@@ -57,13 +57,15 @@ def _base(d: Dimensions, bodies: Mapping[str, Any], over: KnobStiffness) -> Iter
         detail = f"{who}, pull on the most loaded screw, which also carries the whole weight; limit: its clamping force"
         place = _place(over.positions_mm[k])
         yield CheckResult("structure mounting screw", pull <= limit, pull, limit, "N", place, None, detail)
+    if not d.stands_free:
         return
     found = upset(d, bodies, over.positions_mm, knob, force)
     stands = min(found.tips_N, found.slides_N) >= force
-    heavier = f", or {found.added_kg:.1f} kg more amid its feet" if isfinite(found.added_kg) else ""
-    more = "" if stands else f'; hardware.mounting = "screws" holds it{heavier}'
-    tips = f"least force at the knob that tips it over the line through two feet; limit: {who}{more}"
-    slides = f"least force that slides it, friction of its feet {FOOT_FRICTION:g}; limit: {who}{more}"
+    on = "its feet" if d.bench is None else "its pads"
+    heavier = f", or {found.added_kg:.1f} kg more amid {on}" if isfinite(found.added_kg) else ""
+    more = "" if stands else f"; {firmer_mounting(d)}{heavier}"
+    tips = f"least force at the knob that tips it over the line through two of {on}; limit: {who}{more}"
+    slides = f"least force that slides it, friction of {on} {FOOT_FRICTION:g}; limit: {who}{more}"
     place = _place(found.tips_mm)
     yield CheckResult("structure tipping", found.tips_N >= force, found.tips_N, force, "N", place, None, tips)
     yield CheckResult("structure sliding", found.slides_N >= force, found.slides_N, force, "N", None, None, slides)

@@ -305,7 +305,7 @@ def _allowed(loc: tuple[int | str, ...], sections: _Sections = SECTIONS) -> str:
     if name == "drive":
         return 'must be "capstan" or "direct"'
     if name == "mounting":
-        return 'must be "feet", "screws" or "both"'
+        return 'must be "screws", "both", "plate" or "feet"'
     if name == "leads":
         return 'must be "bent" or "none"'
     if name == "encoder_at":

@@ -185,8 +185,10 @@ class Hardware(Section):
     )
     platform_thickness_mm: float = Field(default=10.0, ge=5, le=30, description="moving platform")
     ball_diameter_mm: float = Field(default=8.0, ge=4, le=15, description="balls of the ball joints")
-    mounting: Literal["feet", "screws", "both"] | None = Field(
-        default=None, description="what holds the base; left out: screws; both: screwed down with its feet on"
+    mounting: Literal["feet", "plate", "screws", "both"] | None = Field(
+        default=None,
+        description="what holds the base; left out: screws; both: screwed down with its feet on; plate: it stands free "
+        "on a steel plate as large and heavy as it takes; feet: on three feet under the base plate",
     )
     leads: Literal["bent", "none"] | None = Field(
         default=None, description="bent: the leads of motors and encoders are drawn as they bend, inside the outline"

@@ -69,8 +69,10 @@ from delta_cad.dimensions.leads import (
 from delta_cad.dimensions.panel import PanelDimensions, panel_dimensions, sleeve_mm
 from delta_cad.dimensions.platform import (
     BaseDimensions,
+    BenchDimensions,
     PlatformDimensions,
     base_dimensions,
+    bench_dimensions,
     platform_dimensions,
 )
 from delta_cad.dimensions.rules import (
@@ -128,6 +130,7 @@ class Dimensions:
     forearm: ForearmDimensions
     platform: PlatformDimensions
     base: BaseDimensions
+    bench: BenchDimensions | None
     panel: PanelDimensions | None
     leads: tuple[LeadDimensions, ...]
     sensor_lead: SensorLeadDimensions | None
@@ -208,12 +211,24 @@ class Dimensions:
 
     @property
     def is_screwed_down(self) -> bool:
-        """Whether screws hold its base plate down; else it stands free on its feet."""
+        """Whether screws hold its base plate down, on what it is mounted on or on its bench plate; else it has feet."""
         return self.design.hardware.mounting != "feet"
+
+    @property
+    def stands_free(self) -> bool:
+        """Whether only its weight holds it in its place."""
+        return self.design.hardware.mounting in ("feet", "plate")
+
+    @property
+    def feet_mm(self) -> list[tuple[float, float]]:
+        """(x, y) of what a machine stands on that stands free."""
+        return self.base.feet_mm if self.bench is None else self.bench.pads_mm
 
     @property
     def floor_mm(self) -> float:
         """Height of the surface on which it is mounted over the shoulder axes; negative."""
+        if self.bench is not None:
+            return self.bench.ground_mm
         return self.base.top_mm - self.base.thickness_mm - (self.foot.height_mm if self.has_feet else 0.0)
 
     @property
@@ -447,7 +462,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes, in
         bracket, hardware.base_plate_thickness_mm, half_width, max(behind, motors_behind), gaps, design.azimuths_deg
     )
     foot = catalogue.foot.chosen(hardware)
-    return Dimensions(
+    found = Dimensions(
         design=design,
         extremes=extremes,
         travel=travel,
@@ -459,6 +474,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes, in
         forearm=forearm,
         platform=platform,
         base=base,
+        bench=None,
         panel=panel,
         leads=lead_dimensions(design, motor),
         sensor_lead=sensor_lead_dimensions(design, stack, bracket, encoder, motor),
@@ -474,6 +490,7 @@ def _dimensions(design: Design, extremes: CubeExtremes, travel: CubeExtremes, in
         magnet=magnet,
         set_screws_rad=screws,
     )
+    return replace(found, bench=bench_dimensions(found)) if hardware.mounting == "plate" else found
 
 
 def _travel(design: Design, limit_mm: float, within: CubeExtremes) -> CubeExtremes:

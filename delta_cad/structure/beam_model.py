@@ -17,6 +17,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.bracket import KEY_SLOT_MM, key_rad, key_slot_floor_mm
 from delta_cad.dimensions.forearm import END_MATERIAL
 from delta_cad.dimensions.layers import MOTOR_PLAY_MM
+from delta_cad.dimensions.platform import knob_centre_mm
 from delta_cad.mechanism.geometry import DeltaGeometry
 from delta_cad.structure.beam import Beam, BeamSlice, tapered
 from delta_cad.structure.bearing import (
@@ -148,7 +149,7 @@ def moduli_N_mm2(material: str) -> tuple[float, float]:
 def beam_model(d: Dimensions) -> BeamModel:
     """Makes the table of a design from its dimensions."""
     direct = d.capstan is None
-    knob = d.platform.boss_diameter_mm / 2 + d.platform.stem_length_mm + d.knob.height_mm - d.knob.diameter_mm / 2
+    knob = knob_centre_mm(d)
     f = d.forearm
     stud = _stud(d)
     elbow_boss = d.layers.elbow_boss_mm[1] - d.layers.elbow_boss_mm[0]

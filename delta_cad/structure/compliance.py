@@ -35,6 +35,7 @@ ELEMENTS = (
     "cable",
     "platform",
     "base plate",
+    "bench plate",
     "supports",
     "stem",
 )
@@ -51,12 +52,14 @@ class Compliance:
         knob_mm: Height of the knob over the wrists.
         stem: (3, 3) what the stem adds at the knob, mm/N.
         elbows: (..., 3, 6, 6) motion of each elbow's middle by a unit wrench on the platform, arm's axes.
+        blocks: (..., 18, 6) motion of the foot blocks likewise, base axes; zeros on a rigid base.
     """
 
     parts: dict[str, np.ndarray]
     knob_mm: float
     stem: np.ndarray
     elbows: np.ndarray
+    blocks: np.ndarray
 
     @property
     def platform(self) -> np.ndarray:
@@ -208,16 +211,17 @@ def compliance(table: BeamModel, p_mm: np.ndarray) -> Compliance:
     lift[3, 1], lift[4, 0] = table.spoke_up_mm, -table.spoke_up_mm  # from the wrists' plane up to the spoke's
     parts["platform"] = _sum(lift @ unit.wrists, spoke)
     moved = np.sum(list(elbow.values()), axis=0) @ unit.elbows
+    blocks = np.zeros((*unit.elbows.shape[:-3], 18, 6))
     if table.mounting is not None:
         to_blocks = table.mounting.to_blocks(elbows_mm(table, unit), unit.arms)
         loads = blocks_loads(to_blocks, unit)
         for name, share in table.mounting.shares.items():
             parts[name] = np.swapaxes(loads, -1, -2) @ share @ loads
-        given = (np.sum(list(table.mounting.shares.values()), axis=0) @ loads).reshape(unit.elbows.shape)
-        moved = moved + np.swapaxes(to_blocks, -1, -2) @ given
+        blocks = np.sum(list(table.mounting.shares.values()), axis=0) @ loads
+        moved = moved + np.swapaxes(to_blocks, -1, -2) @ blocks.reshape(unit.elbows.shape)
     stem = flexibility(table.stem)[:3, :3][np.ix_([1, 2, 0], [1, 2, 0])]  # the bar's x is up
     named = {name: parts[name] for name in ELEMENTS if name in parts}
-    return Compliance(named, table.knob_mm, stem, moved)
+    return Compliance(named, table.knob_mm, stem, moved, blocks)
 
 
 def _sum(g: np.ndarray, c: np.ndarray) -> np.ndarray:

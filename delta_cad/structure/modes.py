@@ -12,6 +12,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.drive.masses import rod_masses
 from delta_cad.structure.beam_model import BeamModel
 from delta_cad.structure.compliance import Compliance, compliance
+from delta_cad.structure.mounting import Mounting
 from delta_cad.structure.unit_loads import unit_loads
 
 
@@ -38,11 +39,13 @@ class Moving:
         platform: Platform with all it carries; origin in the wrists' plane.
         arm: Upper arm with all it carries; origin in the shoulder.
         rod: (elbow, cross, wrist) masses of one rod, kg, see `drive.masses`.
+        base: All that stands on the base plate, and under it; None: what it is mounted on gives nothing.
     """
 
     platform: MovingBody
     arm: MovingBody
     rod: tuple[float, float, float]
+    base: MovingBody | None = None
 
     @property
     def rod_kg(self) -> float:
@@ -68,7 +71,7 @@ def moving(bodies: Mapping[str, Any], forearm_length: float) -> Moving:
     rod = bodies["rod_0_0"]
     across = float(np.array(rod["inertia_kg_m2"])[2][2])
     ends = rod_masses(float(rod["mass_kg"]), float(rod["centre_m"][0]), across, forearm_length)
-    return Moving(body("platform"), body("upper_arm_0"), ends)
+    return Moving(body("platform"), body("upper_arm_0"), ends, body("base"))
 
 
 def mass_matrix(
@@ -117,7 +120,18 @@ def mass_matrix(
             mixed = np.swapaxes(u, -1, -2) @ v
             total += at_elbow * np.swapaxes(u, -1, -2) @ u + cross * (mixed + np.swapaxes(mixed, -1, -2))
             total += at_wrist * v.T @ v
+    if what.base is not None and table.mounting is not None:
+        carried = _rigid_of(table.mounting) @ given.blocks @ stiffness
+        base = _rigid(what.base.mass_kg, what.base.centre_mm, what.base.inertia_kg_mm2)
+        total += np.swapaxes(carried, -1, -2) @ base @ carried
     return total
+
+
+def _rigid_of(mounting: Mounting) -> np.ndarray:
+    """(6, 18) motion of the base about its origin, as a rigid body, that fits the motions of its foot blocks best."""
+    rows = [np.block([[np.eye(3), _turning(at)], [np.zeros((3, 3)), np.eye(3)]]) for at in mounting.blocks_mm]
+    weights = np.tile([1.0] * 3 + [float(np.linalg.norm(mounting.blocks_mm[0]))] * 3, 3)  # a turn as it moves a block
+    return np.linalg.pinv(weights[:, None] * np.concatenate(rows)) * weights
 
 
 def first_mode_Hz(table: BeamModel, what: Moving, p_mm: np.ndarray, grip_kg: float = 0.0) -> np.ndarray:

@@ -1,15 +1,16 @@
-"""What the machine stands on: flexibility of base plate and supports under the three foot blocks, tipping, sliding.
+"""What the machine stands on: flexibility of plates and supports under the three foot blocks, tipping, sliding.
 
 The plate is a thin plate (Kirchhoff) whose deflection is a polynomial in x and y (Rayleigh and Ritz). Its supports are
 springs at points: the face that a screwed plate lies on is left out, and so is what a foot block adds to the plate
-under it. Against a solid model of the plate, clamped in its mounting holes, the motion of a foot block is within 35 %.
+under it. A bench plate is such a plate, too, under the base plate's screws and on its pads. Against a solid model of
+the plate, clamped in its mounting holes, the motion of a foot block is within 35 %.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf, pi, sqrt
+from math import inf, pi
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,16 @@ from numpy.polynomial import legendre
 from delta_cad import catalogue
 from delta_cad.common.units import MM_PER_M
 from delta_cad.dimensions import Dimensions, link_placement
-from delta_cad.dimensions.platform import MOUNT_SCREW
+from delta_cad.dimensions.platform import (
+    BENCH_MATERIAL,
+    MOUNT_SCREW,
+    PAD_MM,
+    BenchDimensions,
+    edges,
+    sliding_N_kg,
+)
 from delta_cad.structure.section import POISSON
 
-FACTOR = 1.5  # of the largest force at the handle: a user pushes against what the machine renders, and more
-FOOT_FRICTION = 0.5  # of a rubber foot on a dry, smooth table; from memory, the low end of 0.5 to 0.8
 SHORE_A = 50.0  # of a rubber foot: the soft end of the usual 55 +-5
 _DEGREE = 10  # of the polynomial: the flexibility grows by less than 1 % beyond it
 _STEP_MM = 3.0  # of the grid on which the plate's energy is summed
@@ -56,8 +62,9 @@ class Mounting:
 
     Attributes:
         blocks_mm: (3, 3) these middles.
-        shares: "base plate" and "supports" -> (18, 18) their shares of the motion of the blocks by these wrenches.
-        reactions: (n, 18) upright force of each support on the plate for unit wrenches.
+        shares: "base plate", "supports" and, where there is one, "bench plate" -> (18, 18) their shares of the motion
+            of the blocks by these wrenches.
+        reactions: (n, 18) upright force of each support on the base plate for unit wrenches.
     """
 
     blocks_mm: np.ndarray
@@ -126,11 +133,41 @@ def mounting(d: Dimensions) -> Mounting:
     )
     held = plate.displacements(under.places_mm, np.full(len(under.places_mm), -under.below_mm))
     springs = np.tile([under.lateral_N_mm, under.lateral_N_mm, under.axial_N_mm], len(under.places_mm))
-    rows = held.reshape(-1, held.shape[-1])
-    of_springs = rows.T @ (springs[:, None] * rows)
-    moved = np.linalg.solve(plate.stiffness + of_springs, loads.T)
-    shares = {"base plate": moved.T @ plate.stiffness @ moved, "supports": moved.T @ of_springs @ moved}
+    stiff = {"base plate": plate.stiffness}
+    if d.bench is not None:
+        lower, on_pads = _bench(d.bench, b.centre_hole_mm), np.tile(_pad_N_mm(), len(d.bench.pads_mm))
+        half, size, own = d.bench.thickness_mm / 2.0, len(plate.stiffness), len(lower.stiffness)
+        top = lower.displacements(under.places_mm, np.full(len(under.places_mm), half))
+        pads = lower.displacements(np.array(d.bench.pads_mm), np.full(len(d.bench.pads_mm), -half - PAD_MM[1]))
+        held = np.concatenate([held, -top], axis=-1)
+        loads = np.pad(loads, ((0, 0), (0, own)))
+        stiff = {
+            "base plate": np.pad(plate.stiffness, (0, own)),
+            "bench plate": np.pad(lower.stiffness, (size, 0)),
+        }
+        grounded = np.pad(pads, ((0, 0), (0, 0), (size, 0))).reshape(-1, size + own)
+        rows = np.concatenate([held.reshape(-1, size + own), grounded])
+        springs = np.concatenate([springs, on_pads])
+    else:
+        rows = held.reshape(-1, held.shape[-1])
+    stiff["supports"] = rows.T @ (springs[:, None] * rows)
+    moved = np.linalg.solve(np.sum(list(stiff.values()), axis=0), loads.T)
+    shares = {name: moved.T @ own @ moved for name, own in stiff.items()}
     return Mounting(blocks, shares, -under.axial_N_mm * held[:, 2] @ moved)
+
+
+def _pad_N_mm() -> tuple[float, float, float]:
+    """Stiffness of a pad along x, y and z."""
+    axial, lateral = rubber_N_mm(*PAD_MM)
+    return lateral, lateral, axial
+
+
+def _bench(bench: BenchDimensions, hole_mm: float) -> _Plate:
+    """The bench plate with its middle hole."""
+    rims = tuple((x, y, 1.0) for x, y in bench.corners_mm(1.0))
+    youngs = catalogue.material(BENCH_MATERIAL).youngs_modulus_Pa * 1e-6
+    rigidity = youngs * bench.thickness_mm**3 / (12.0 * (1.0 - POISSON**2))
+    return _Plate(rims, [(0.0, 0.0, hole_mm / 2.0)], rigidity)
 
 
 def _patch(along_mm: tuple[float, float], aside_mm: tuple[float, float]) -> np.ndarray:
@@ -217,7 +254,7 @@ class Upset:
         tips_N: That tip it over the line through two feet.
         slides_N: That slide it over the table.
         tips_mm: Position of the platform where it tips first.
-        added_kg: Mass at the middle of the feet with which the forces are `FACTOR` times the largest at the handle;
+        added_kg: Mass at the middle of the feet with which neither is less than the force that the machine is to bear;
             infinite where gravity does not press them on the table.
     """
 
@@ -228,41 +265,29 @@ class Upset:
 
 
 def upset(d: Dimensions, bodies: Mapping[str, Any], positions_mm: np.ndarray, knob_mm: float, force_N: float) -> Upset:
-    """Computes what tips and slides a machine on its feet.
-
-    A force F at the height h over the table, a way s inside the line through two feet, turns it about this line by
-    `F sqrt(h^2 + s^2)` at most over its directions; its weight holds by `W a`, its centre a way a inside. On a level
-    table it slides at `W mu / sqrt(1 + mu^2)`, the force raised by the angle of friction.
+    """Computes what tips and slides a machine that stands free, see `dimensions.platform.edges`.
 
     Args:
-        d: Dimensions of a machine on feet.
+        d: Its dimensions.
         bodies: `bodies` of its mass report.
         positions_mm: (n, 3) of the platform.
         knob_mm: Height of the knob's centre over the wrists.
-        force_N: Largest force at the handle.
+        force_N: Force at the handle that it is to bear.
     """
-    feet = np.array(d.base.feet_mm)
-    ground = d.base.top_mm - d.base.thickness_mm - d.foot.height_mm
     gravity = np.array(d.design.requirements.gravity_m_s2)
-    down, aside = -float(gravity[2]), float(np.hypot(gravity[0], gravity[1]))
     frames = link_placement(d)(positions_mm)
     mass, moment = 0.0, np.zeros((len(positions_mm), 3))
     for link, body in bodies.items():
         frame, own = np.broadcast_to(frames[link], (len(positions_mm), 4, 4)), float(body["mass_kg"])
         moment += own * (frame[:, :3, :3] @ (np.array(body["centre_m"]) * MM_PER_M) + frame[:, :3, 3])
         mass += own
-    centre, knob = moment / mass, positions_mm + np.array([0.0, 0.0, knob_mm])
     tips, added = np.full(len(positions_mm), np.inf), 0.0
-    middle = feet.mean(axis=0)
-    for one, other in zip(feet, np.roll(feet, -1, axis=0), strict=True):
-        inwards = np.array([one[1] - other[1], other[0] - one[0]]) / np.linalg.norm(other - one)
-        lever = np.hypot(knob[:, 2] - ground, (knob[:, :2] - one) @ inwards)
-        restoring = mass * (down * ((centre[:, :2] - one) @ inwards) + gravity[:2] @ inwards * (centre[:, 2] - ground))
-        tips = np.minimum(tips, restoring / lever)
-        lacking = float((FACTOR * force_N * lever - restoring).max())
-        gained = down * float((middle - one) @ inwards)  # N mm for each kg that is added
+    knob = positions_mm + np.array([0.0, 0.0, knob_mm])
+    for held, lever, gained in edges(np.array(d.feet_mm), d.floor_mm, mass, moment / mass, knob, gravity):
+        tips = np.minimum(tips, held / lever)
+        lacking = float((force_N * lever - held).max())
         added = max(added, lacking / gained if gained > 0.0 else inf)
-    held = max(FOOT_FRICTION * down - aside, 0.0) / sqrt(1.0 + FOOT_FRICTION**2)  # N of sliding force for each kg
-    added = max(added, FACTOR * force_N / held - mass if held > 0.0 else inf)
+    slides = sliding_N_kg(gravity)
+    added = max(added, force_N / slides - mass if slides > 0.0 else inf)
     k = int(tips.argmin())
-    return Upset(max(float(tips[k]), 0.0), held * mass, positions_mm[k], added)
+    return Upset(max(float(tips[k]), 0.0), slides * mass, positions_mm[k], added)

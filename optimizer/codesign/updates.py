@@ -81,6 +81,9 @@ _SHARES = {"effective mass": "mass_share", "friction": "friction_share", "positi
 _GRAVITY_CHECK = "torque with gravity"
 
 
+MOUNTING = "hardware.mounting"
+
+
 class NoProgressError(Exception):
     """No further candidate of a choice is left to try: limits, closed forms or parts refuse it, and which."""
 
@@ -118,6 +121,8 @@ def from_refusals(
     room = _room_for_arm_mm(brief, choice, corrections, radii, completed(lengths_mm))
     reasons = [_by_angle(reason, room) for reason in reasons]
     overloads: list[tuple[float, str]] = []
+    if tipping := [reason for reason in reasons if reason.field == MOUNTING]:
+        raise NoProgressError(f"{tipping[0]}")  # no ratio, width or length of this hardware makes it stand
     for reason in reasons:
         field, bound = reason.field, reason.bound
         entry = field.rpartition(".")[2]

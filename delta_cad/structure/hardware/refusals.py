@@ -1,9 +1,10 @@
 """Why a design's hardware is refused: all reasons in closed form, from sampled poses without solids.
 
-Seven kinds: a platform that hangs below its elbows, after which nothing else is judged; parts that cannot be given
+Eight kinds: a platform that hangs below its elbows, after which nothing else is judged; parts that cannot be given
 sound dimensions; a drive that gives too little or breaks its cable; an outline that elbows or motors alone exceed; a
-height that the knob exceeds; a cable whose plane or length no tolerances hold; loads that parts or drives may not bear
-even if what moves weighed as little as it can. Each is necessary: what passes here may still fail a check.
+height that the knob exceeds; feet on which it tips or slides; a cable whose plane or length no tolerances hold; loads
+that parts or drives may not bear even if what moves weighed as little as it can. Each is necessary: what passes here
+may still fail a check.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from delta_cad.common.units import MM_PER_M
 from delta_cad.design import Design
 from delta_cad.dimensions import DimensionError, Dimensions, Reason, dimensions
 from delta_cad.dimensions.capstan import ROPE_FACTOR
+from delta_cad.dimensions.platform import FACTOR, firmer_mounting, upset_forces_N
 from delta_cad.dimensions.rules import (
     ARM,
     BASE,
@@ -33,6 +35,7 @@ from delta_cad.dimensions.rules import (
     larger,
     smaller,
 )
+from delta_cad.dimensions.sizes import largest_force_N
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.dimensions.tolerances.machine import plane_chain, travel_chain
 from delta_cad.drive import drive_torque
@@ -46,6 +49,7 @@ from delta_cad.structure.loads import sampled_mm
 
 _PROVEN_MM = 0.2  # beyond clearance and meshes: with 0.16 proofs were still undecided
 HEAVIER = 1.25  # times what `mass_lower_bound` gives: only small sectors and long rods were built heavier
+_WEIGHT_MOST = 2.0  # times what stands on the base at least that a whole machine weighs at most
 _COUNT = 5  # positions along an edge of the cube, its corners among them
 
 
@@ -202,8 +206,9 @@ def least_outline_mm(d: Dimensions) -> np.ndarray:
         elbow, stand = d.bracket.shoulder_u_mm + d.arm.length_mm * cos(angle), chain_stand(g, i)
         arm = [(elbow, -half), (elbow, half), (elbow + d.arm.boss_radius_mm, 0.0)]
         found.append(np.array([*arm, *drive]) @ stand[:2, :2].T + stand[:2, 3])
-    placed = np.concatenate(found)
-    return np.maximum(np.ptp(placed, axis=0), np.ptp(d.base.reach_mm, axis=1))
+    plates = np.transpose([d.base.reach_mm, *([] if d.bench is None else [(d.bench.x_mm, d.bench.y_mm)])], (0, 2, 1))
+    placed = np.concatenate([*found, *plates])
+    return np.ptp(placed, axis=0)
 
 
 def _flattest_rad(d: Dimensions) -> list[float]:
@@ -244,6 +249,20 @@ def _height(d: Dimensions) -> Iterator[Reason]:
         yield Reason("assembly", "height", message, ways)
 
 
+def _stability(d: Dimensions) -> Iterator[Reason]:
+    """Feet on which a machine would tip or slide even if it weighed `_WEIGHT_MOST` times what stands on its base."""
+    if d.design.hardware.mounting != "feet":
+        return
+    force = FACTOR * largest_force_N(d.design.requirements)
+    least = _WEIGHT_MOST * min(upset_forces_N(d, np.array(d.feet_mm), d.floor_mm))
+    if least < force:
+        message = (
+            f"{least:.3g} N at the knob tip or slide it on its feet, however heavy its parts are; it is to bear "
+            f"{force:g}, {FACTOR:g} times the largest force; {firmer_mounting(d)}"
+        )
+        yield Reason("base_plate", "standing", message, another("mounting"))
+
+
 def _cable_plane(d: Dimensions) -> Iterator[Reason]:
     """A pinion so small that its groove's own climb leaves nothing of the fleet angle to tolerances."""
     if d.capstan is None or (chain := plane_chain(d, d.capstan, CLASSES[0])).holds:
@@ -266,6 +285,7 @@ ALONE: dict[str, Callable[[Design], Iterable[Reason]]] = {"turning": _turning, "
 FORMS: dict[str, _Form] = {
     "outline": lambda d, _: _outline(d),
     "height": lambda d, _: _height(d),
+    "standing": lambda d, _: _stability(d),
     "cable plane": lambda d, _: _cable_plane(d),
     "cable travel": lambda d, _: _cable_travel(d),
     **{name: lambda d, held, form=form: form(d, held.margin_mm) for name, form in INTERFERENCE_FORMS.items()},

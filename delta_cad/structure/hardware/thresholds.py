@@ -24,7 +24,8 @@ SIGNED = ("cube.centre_x_mm",)  # fields that may be negative; left out they are
 _SHARES = 0.01, 0.03, 0.1, 0.3, 1.0, 2.0  # by which a field is changed until the reason is gone; then bisection
 _STEPS = tuple(k / 4 for k in range(1, 65))  # of the scale of a field of either sign, which may be right in a band
 _NAMED = 4  # rows of the catalogue that a message names at most
-_CHOICES = {"leads": ("none", "bent"), "mounting": ("feet", "screws", "both")}  # entries of the hardware that are words
+_CHOICES = {"leads": ("none", "bent"), "mounting": ("screws", "both", "plate", "feet")}
+"""Entries of the hardware that are words."""
 LENGTHS = "mechanism."  # fields that move together by the same length; others by the same share
 _FIRST = "base_radius_mm"  # of chain 0
 _EACH = "mechanism.base_radii_mm"  # of all chains

@@ -135,7 +135,7 @@ def test_a_panel_is_reported_and_read_again() -> None:
         ({"panel__thickness_mm": "2"}, 'panel.thickness_mm = "2": must be a number >= 1 and <= 10 mm'),
         ({"panel__height_mm": 3}, "panel.height_mm"),
         ({"panel": 3}, "panel = 3: must be an object"),
-        ({"hardware__mounting": "glue"}, 'hardware.mounting = "glue": must be "feet", "screws" or "both"'),
+        ({"hardware__mounting": "glue"}, 'hardware.mounting = "glue": must be "screws", "both", "plate" or "feet"'),
         ({"cube__bottom_height_mm": 9.0, "panel__limit_mm": 9.5}, "panel.limit_mm = 9.5: must be < bottom_height_mm"),
     ],
 )

@@ -414,6 +414,13 @@ def test_a_plate_whose_feet_stand_out_says_nothing_of_arms() -> None:
         from_refusals(brief(), CHOICE, KNOWN, [wide])
 
 
+def test_feet_that_tip_end_the_search_of_a_choice_whatever_else_is_refused() -> None:
+    tips = estimate("base_plate", "standing", "2.6 N tip it", "hardware.mounting", "feet", None)
+    longer = estimate("upper_arm", "length", "too short", "mechanism.upper_arm_length_mm", 90.0, 95.0)
+    with pytest.raises(NoProgressError, match=r"2\.6 N tip it"):
+        from_refusals(brief(), CHOICE, KNOWN, [longer, tips])
+
+
 def test_chains_in_the_way_of_a_key_are_set_apart() -> None:
     one = candidate()
     width = one.choice.width_mm

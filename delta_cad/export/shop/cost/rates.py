@@ -86,6 +86,7 @@ STOCKS = {
     "pom-c": Stock(12.0, 30_000.0),
     "peek-bearing": Stock(180.0, 15_000.0),
     "steel": Stock(5.0, 5_000.0),
+    "steel-s235": Stock(3.0, 6_000.0),
 }
 """Id of a material in the catalogue -> how it is bought and cut; prices of small lengths, removal on a small mill."""
 PLATES_MM = (5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 20.0)

@@ -10,6 +10,7 @@ from delta_cad.catalogue import CatalogueRow
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import TENSION_SCREW
 from delta_cad.dimensions.leads import LEAD_G_M, SENSOR_G_M
+from delta_cad.solids.base_plate import PAD_CODE
 from delta_cad.solids.bought_parts import PRELOAD_PLAY_MM, spring_mass_g
 from delta_cad.solids.leads import CLIP, CLIP_G, CODES, SENSOR
 from delta_cad.solids.making import ordered
@@ -114,7 +115,9 @@ def _stock() -> list[ExpectedMake]:
 
 
 def _panel(d: Dimensions) -> list[ExpectedMake]:
-    stated = [ExpectedMake("mount_sleeve", "aluminium-6082", True)]
+    stated = [ExpectedMake("mount_sleeve", "aluminium-6082", True), ExpectedMake("bench_plate", "steel-s235", True)]
+    pad = pi / 4 * 30.0**2 * 6.0 * 1.15e-3
+    stated.append(ExpectedMake("bench_pad", "rubber", False, PAD_CODE, mass_g=pad))
     if (p := d.panel) is not None:
         stated += [ExpectedMake("panel", "aluminium-6082", True), ExpectedMake("bezel", "pom-c", True)]
         stated.append(ExpectedMake("boot", "rubber", False, BOOT_CODE, mass_g=p.boot_g - p.carried_g))

@@ -20,6 +20,9 @@ all          knob                             1          knob                   
 feet         foot_?                           3          foot                        base
 foot_screws  foot_screw_?                     3          screw_{foot}x*              base
 sleeves      mount_sleeve_?                   {mounts}   mount_sleeve                base
+bench        bench_plate                      1          bench_plate                 base
+bench        bench_pad_?                      4          bench_pad                   base
+bench        mount_screw_?                    {mounts}   screw_low-M5x{mount_mm}     base
 panel        panel                            1          panel                       base
 panel        boot                             1          boot                        base
 panel        bezel                            1          bezel                       base
@@ -128,6 +131,7 @@ def expected_parts(d: Dimensions) -> tuple[ExpectedPart, ...]:
         "feet": hardware.mounting in ("feet", "both"),
         "foot_screws": hardware.mounting in ("feet", "both") and d.foot.stud_length_mm is None,
         "sleeves": hardware.mounting == "both",
+        "bench": hardware.mounting == "plate",
         "panel": d.panel is not None,
         "direct": hardware.drive == "direct",
         "capstan": hardware.drive == "capstan",
@@ -139,6 +143,7 @@ def expected_parts(d: Dimensions) -> tuple[ExpectedPart, ...]:
     values = {
         "foot": d.foot.thread,
         "mounts": len(d.base.mounts_mm),
+        "mount_mm": 0.0 if d.bench is None else f"{d.bench.screw_mm:g}",
         "bezel": 0 if d.panel is None else len(d.panel.screw_places()),
         "bezel_mm": 0.0 if d.panel is None else f"{d.panel.screw_mm:g}",
         "motor": len(d.bracket.motor_screws_rad),
@@ -165,7 +170,7 @@ def expected_supplies(d: Dimensions) -> tuple[ExpectedSupply, ...]:
         ExpectedSupply("joint_grease", 1, "silicone or PAO grease*"),
         *(ExpectedSupply(key.number, 1, "hexagon key *") for key in keys(d)),
     ]
-    if d.design.hardware.mounting != "feet":
+    if d.design.hardware.mounting not in ("feet", "plate"):
         found.append(ExpectedSupply("mount_screw", len(d.base.mounts_mm), "ISO 4762 M*"))
     if d.panel is not None:
         found.append(ExpectedSupply("boot_tie", 1, "cable tie *"))
