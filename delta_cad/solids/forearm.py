@@ -128,7 +128,7 @@ def make_rod_eye(d: Dimensions) -> Part:
 
     boring = Boring()
     on_tube = between(f.eye_bore_mm, (-half, 0, 0), (half, 0, 0))
-    boring.add(f"{f.eye_bore_mm:g} through, bonded on the tube", [on_tube])
+    boring.add(f"{f.eye_bore_mm:g} through, opened with that drill; bonded on the tube", [on_tube])
     eye = between(f.eye_diameter_mm, (-half, y, z), (half, y, z))
     boring.add(f"{f.eye_diameter_mm:g} through the lug, edges rounded R0.3: spring", [eye])
     shape = feature(number, "ring", "hardware.tube", body)

@@ -200,13 +200,13 @@ def rod_spring(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.nd
 def rod_eye(d: Dimensions, _: Part, x: Points, y: Points, z: Points) -> np.ndarray:
     f, axis = d.forearm, np.hypot(y, z)
     around = f.eye_diameter_mm / 2 + 1.4
-    material = axis <= 2.59 + 1.4
+    material = axis <= 2.55 + 1.4
     inside = (f.spring.mean_diameter_mm - f.spring.wire_mm) / 2  # of the loop, which bears on both edges of a 2 mm lug
     hole = 0.8 + inside - np.sqrt(inside**2 - 1.0) - f.eye_diameter_mm / 2
     off = np.hypot(y + hole, z - 5.5)
     material |= (np.abs(y + hole) <= around) & (z >= 0) & (z <= 5.5)
     material |= off <= around
-    return material & (np.abs(x) <= 1.0) & (axis >= d.tube.outer_mm / 2 + 0.09) & (off >= f.eye_diameter_mm / 2)
+    return material & (np.abs(x) <= 1.0) & (axis >= d.tube.outer_mm / 2 + 0.05) & (off >= f.eye_diameter_mm / 2)
 
 
 def hull_depth(x: Points, z: Points, circles: list[tuple[float, float, float]]) -> np.ndarray:
