@@ -48,7 +48,13 @@ def test_presets_ask_what_they_are_named_after() -> None:
     assert feel["kappa_max"] == joystick["limits"]["kappa_max"]
     assert feel["stiffness_min_N_mm"] == joystick["requirements"]["stiffness_min_N_mm"]
     cubes = {preset: (task.get("cube_side_mm"), task["force_N"]) for preset, task in tasks.items()}
-    assert cubes == {"dashboard": (None, 3), "desktop": (150, 10), "pocket": (40, 3), "large": (250, 3)}
+    assert cubes == {
+        "dashboard": (None, 3),
+        "desktop": (150, 10),
+        "pocket": (40, 3),
+        "large": (250, 3),
+        "maker": (60, 2),
+    }
 
 
 @pytest.mark.parametrize("preset", PRESETS)

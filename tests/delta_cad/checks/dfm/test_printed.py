@@ -106,7 +106,7 @@ def test_the_mesh_to_print_stands_on_the_bed() -> None:
     assert mesh.volume_mm3 == pytest.approx(2600.0)  # positive: turned, not mirrored
 
 
-def test_an_insert_beside_an_edge_lacks_plastic() -> None:
+def test_an_insert_near_an_edge_has_too_little_plastic() -> None:
     row = catalogue.insert("M3x5.7")
     for at_mm in (3.0, 8.0):
         found = next(insert_walls(threaded(at_mm)))
