@@ -32,7 +32,7 @@ from delta_cad.structure.unit_loads import (
 )
 
 GRID = 9  # positions along an edge of the cube
-LEAST_MARGIN = 1.0
+LEAST_MARGIN = 1.05
 """How many times its load each part must bear: every limit below is what it may bear over this."""
 
 
