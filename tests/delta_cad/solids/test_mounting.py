@@ -73,6 +73,9 @@ def test_the_bench_plate_weighs_what_it_was_sized_by_and_takes_every_screw() -> 
         (found,) = (hole for hole in one.holes if callout in hole.callout)
         at = sorted((bore.start_mm[0], bore.start_mm[1]) for bore in found.bores)
         assert np.array(at) == pytest.approx(np.array(sorted(d.base.mounts_mm)))
+    inside = np.array(bench.pads_mm) - np.array([bench.x_mm[0], bench.y_mm[0]])
+    near = np.minimum(inside, np.array(bench.size_mm) - inside)
+    assert near == pytest.approx(np.full((4, 2), 3.0 + 15.0))  # each pad lies whole on the plate, with a rim of 3 mm
     assert bench.thickness_mm < bench.screw_mm <= d.base.thickness_mm + bench.thickness_mm
 
 

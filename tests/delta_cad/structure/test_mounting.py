@@ -244,8 +244,8 @@ def test_feet_are_refused_before_any_solid_is_made_and_the_plate_is_named_with_i
 
 
 def test_a_rigid_machine_on_pads_moves_as_a_body_on_springs() -> None:
-    """Plates of 200 mm, which do not bend: four springs at the pads, and the screws in line with them."""
-    thick, d = 200.0, on_plate()
+    """Plates of 400 mm, which do not bend: four springs at the pads, and the screws in line with them."""
+    thick, d = 400.0, on_plate()
     assert d.bench is not None
     rigid = replace(
         d,
@@ -270,7 +270,7 @@ def test_a_rigid_machine_on_pads_moves_as_a_body_on_springs() -> None:
         to = np.eye(6)
         to[3:, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
         held = to.T @ soft @ to
-        assert np.diag(total[6 * i : 6 * i + 6, 6 * i : 6 * i + 6]) == pytest.approx(np.diag(held), rel=0.02)
+        assert np.diag(total[6 * i : 6 * i + 6, 6 * i : 6 * i + 6]) == pytest.approx(np.diag(held), rel=0.004)
 
 
 def test_a_plate_makes_it_nearly_as_stiff_as_screws_and_feet_do_not() -> None:
