@@ -25,17 +25,17 @@ DRAWN_MS = 120_000  # a picture takes a second where a processor draws it
 
 @pytest.fixture(scope="module")
 def other(built: Built, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The build as one of another design of a lower cube."""
+    """The build as one of another design of a smaller cube."""
     folder = tmp_path_factory.mktemp("other") / "other"
     shutil.copytree(built.folder, folder)
-    design = design_from_dict(changed(name="other", cube__bottom_height_mm=63.0, cube__half_side_mm=40.0))
+    design = design_from_dict(changed(name="other", cube__half_side_mm=40.0))
     (folder / "design.json").write_text(design_to_json(design))
     report = folder / "report.html"
     text = report.read_text()
     begin = text.index('id="data">') + len('id="data">')
     end = text.index("</script>", begin)
     scene = json.loads(text[begin:end])
-    scene["cube"] |= {"bottom_mm": 63.0, "half_mm": 40.0}
+    scene["cube"]["half_mm"] = 40.0
     report.write_text(text[:begin] + json.dumps(scene) + text[end:])
     manifest = json.loads((folder / "manifest.json").read_text())
     manifest["input_sha256"] = design_hash(design)
@@ -74,16 +74,23 @@ def pictures(live: Any) -> list[np.ndarray]:
     return [np.asarray(Image.open(BytesIO(shot)).convert("RGB"), dtype=float) for shot in shots]
 
 
+def arms(shown: np.ndarray) -> np.ndarray:
+    """First and last row and column of the orange upper arms, which tell where a machine stands in its picture."""
+    orange = (shown[..., 0] > 180) & (shown[..., 1] < 150) & (shown[..., 2] < 90)
+    assert orange.mean() > 0.005
+    return np.array([[line.min(), line.max()] for line in np.nonzero(orange)])
+
+
 def position_mm(live: Any) -> list[float]:
     return [float(live.locator(f"#told-{axis}").text_content()) for axis in "xyz"]
 
 
 def test_both_are_shown_alike(live: Any) -> None:
-    """The same solids with the same camera at the same position: only the cubes differ."""
+    """The same solids with the same camera at the same position, to the pixel that the canvases are off its grid."""
     assert live.evaluate("document.body.dataset.ready") == "model"
     a, b = pictures(live)
     assert len(np.unique(a.reshape(-1, 3), axis=0)) > 500
-    assert (np.abs(a - b).max(axis=-1) > 8.0).mean() < 0.02
+    assert np.abs(arms(a) - arms(b)).max() <= 1
 
 
 def test_turning_one_turns_both(live: Any) -> None:
@@ -95,8 +102,8 @@ def test_turning_one_turns_both(live: Any) -> None:
     live.mouse.move(x + 90, y - 20, steps=3)
     live.mouse.up()
     a, b = pictures(live)
-    assert np.abs(a - before[0]).mean() > 1.0
-    assert (np.abs(a - b).max(axis=-1) > 8.0).mean() < 0.02
+    assert np.abs(arms(a) - arms(before[0])).max() > 10
+    assert np.abs(arms(a) - arms(b)).max() <= 1
     live.click("button[data-view=iso]")
 
 
@@ -118,7 +125,7 @@ def test_one_handle_moves_both_and_gives_the_figures_of_each(live: Any) -> None:
     kappa = float(conditioning(g, np.array([0.0, 0.0, 0.145])))
     assert float(rows["conditioning"]) == pytest.approx(kappa, rel=1e-3)
     assert live.locator("#message-a").text_content() == ""
-    assert live.locator("#message-b").text_content() == "outside its cube"  # which ends at 143 mm
+    assert live.locator("#message-b").text_content() == "outside its cube"  # which ends at 144.4 mm
 
 
 def test_a_drag_in_one_moves_both(live: Any) -> None:
@@ -211,7 +218,7 @@ def test_of_a_damaged_build_nothing_is_read(best: Design, built: Built, tmp_path
     ("a", "b", "texts", "difference"),
     [
         (2.0, 3.0, ("2", "3"), "+1 (+50 %)"),
-        (2.00000001, 2.0, ("2.00000001", "2"), "-0.00000001 (-5e-07 %)"),
+        (2.00000001, 2.0, ("2.00000001", "2"), "-1e-08 (-5e-07 %)"),
         (0.0, 1.5, ("0", "1.5"), "+1.5"),
         (None, 1.5, ("not built", "1.5"), ""),
         ("re30", "re25", ("re30", "re25"), ""),
