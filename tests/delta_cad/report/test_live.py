@@ -182,7 +182,7 @@ def test_a_drag_ends_at_the_cube_or_where_the_machine_ends(live: Any, page: Page
     live.click("#home")
 
 
-def test_beside_the_handle_a_drag_turns_the_view(live: Any) -> None:
+def test_off_the_handle_a_drag_turns_the_view(live: Any) -> None:
     start, before = knob(live), position_mm(live)
     shown = picture(live)
     pull(live, (start[0] - 120, start[1] + 10), (60, 0))
