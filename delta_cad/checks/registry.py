@@ -6,7 +6,7 @@ A new check is its module, its line in `CHECKS` and its test: from a `CheckedMac
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from delta_cad.assembly.machine import Assembly
@@ -166,7 +166,7 @@ def run_checks(m: CheckedMachine, meanwhile: Callable[[], None] = lambda: None) 
         results: list[CheckResult] = []
         for check in (check for check in CHECKS if check.stage == stage):
             m.progress(check.label)
-            results += check.run(m)
+            results += [replace(result, kind=check.label) for result in check.run(m)]
         return results
 
     results = of("mechanism")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from math import isfinite
 from typing import Any
 
@@ -22,6 +22,7 @@ class CheckResult:
         worst_pose_mm: Handle position that decides, base frame, mm.
         worst_pair: The occurrences, parts or joints that decide, by name.
         detail: One sentence or more for a person: method, counts, and on failure which and by how much.
+        kind: Label of the check in `CHECKS` that found it, by which a page sums them up; "" elsewhere. Not recorded.
     """
 
     name: str
@@ -32,6 +33,7 @@ class CheckResult:
     worst_pose_mm: tuple[float, float, float] | None = None
     worst_pair: tuple[str, ...] | None = None
     detail: str = ""
+    kind: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         """Plain Python numbers instead of NumPy's, so that records compare and print alike; an infinite one is none."""
@@ -41,8 +43,9 @@ class CheckResult:
             object.__setattr__(self, name, None if number is None or not isfinite(number) else float(number))
 
     def to_json(self) -> dict[str, Any]:
-        """Gives the record as JSON types, keys as the attributes."""
+        """Gives the record as JSON types, keys as the attributes; `kind` is left out."""
         record = asdict(self)
+        del record["kind"]
         for key in ("worst_pose_mm", "worst_pair"):
             record[key] = None if record[key] is None else list(record[key])
         return record

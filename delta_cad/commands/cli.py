@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from delta_cad.commands import build, check, drawings, fixture, inspect, schema, view
+from delta_cad.commands import build, check, compare, drawings, fixture, inspect, schema, view
 from delta_cad.common.command_line import Program
 from delta_cad.common.console import DONE, NOT_BUILT, NOT_MET
 
-COMMANDS = (build, check, drawings, fixture, inspect, view, schema)
+COMMANDS = (build, check, drawings, fixture, inspect, compare, view, schema)
 PROGRAM = Program(
     "delta_cad",
     "Delta haptic devices from a design file: CAD, checks, files.",

@@ -29,7 +29,7 @@ from delta_cad.checks.registry import CheckedMachine, run_checks
 from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.checks.structure import check_structure
 from delta_cad.common.worker_process import WorkerProcess
-from delta_cad.design import Design, design_hash
+from delta_cad.design import Design, design_hash, design_to_json
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.joint import limit_values
 from delta_cad.dimensions.tolerances.machine import general_class, tolerance_record
@@ -38,7 +38,7 @@ from delta_cad.drive.friction import joint_friction
 from delta_cad.drive.held import known_masses
 from delta_cad.export import mesh_files
 from delta_cad.export.bom import bill_of_materials, write_bom
-from delta_cad.export.folder import output_folder
+from delta_cad.export.folder import ARCHIVE, output_folder, write_archive
 from delta_cad.export.manifest import versions, write_manifest
 from delta_cad.export.mass_properties import mass_report
 from delta_cad.export.shop.cost.cost import Cost, cost_record, machine_cost
@@ -274,6 +274,8 @@ def build(
         if report:
             progress("report.html")
             _report(machine, sweep, outcome, folder.path)
+            progress(ARCHIVE)
+            write_archive(folder.path, design.name)
         progress("manifest")
         status = "rejected" if folder.rejected else "passed"
         write_manifest(
@@ -283,7 +285,7 @@ def build(
             fingerprint=fingerprints[0],
             left_out=(
                 *(() if drawings else ("drawings", "manual", "quotation", "jigs")),
-                *(() if report else ("report", "pictures")),
+                *(() if report else ("report", "pictures", "archive")),
             ),
         )
     return outcome
@@ -314,7 +316,7 @@ def check_drawings(drawn: Drawn) -> CheckResult:
     if worst is not None:
         reported = f"{worst}: {'; '.join(drawn.faults[worst][:3])}"
     pair = None if worst is None else (worst,)
-    return CheckResult("drawings", not count, count, 0.0, "", worst_pair=pair, detail=reported)
+    return CheckResult("drawings", not count, count, 0.0, "", worst_pair=pair, detail=reported, kind="Drawings")
 
 
 def cost_of(machine: BuiltMachine) -> Cost:
@@ -360,6 +362,7 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: _Prog
     masses = machine.masses | {"input_sha256": design_hash(d.design)}
     bears = structure_record(d, structure_report(d, machine.masses["bodies"]))
     texts = {
+        "design.json": design_to_json(d.design),
         "cost.json": json.dumps(cost_record(cost), indent=1) + "\n",
         "tolerances.json": json.dumps(tolerance_record(d), indent=1) + "\n",
         "structure.json": json.dumps(bears | {"input_sha256": design_hash(d.design)}, indent=1) + "\n",

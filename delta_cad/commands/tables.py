@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.markup import escape
@@ -183,6 +183,58 @@ def _headline(outcome: Outcome) -> list[tuple[str, str, str, str]]:
         limit = " ".join(line(found[name]).limit.replace("≤", "<=").replace("≥", ">=").split()[:2])  # the unit is told
         lines.append((name, _number(found[name].value), _unit(found[name].unit), limit))
     return lines
+
+
+def print_comparison(facts: Mapping[str, Any]) -> None:
+    """Prints what differs of two machines, as `compare` gathers it, and where its page is."""
+    from delta_cad.report.comparison import changes, pair, signed  # loads the page's templates
+
+    console = _console()
+    for side in "ab":
+        one = facts[side]
+        state = (
+            f"figures in closed form; not built: {one['not_built']}"
+            if one["not_built"]
+            else f"built in {one['folder']}"
+        )
+        console.print(f"{side.upper()} {escape(one['name'])}: {escape(state)}", highlight=False, soft_wrap=True)
+        if one["failed"]:
+            failed = escape(", ".join(one["failed"]))
+            console.print(f"[red]FAILS[/red] {side.upper()}: {failed}", highlight=False, soft_wrap=True)
+    table = _table("what differs", ">A", ">B", ">B - A", "unit", "better")
+    group = ""
+    for row in facts["figures"]:
+        if row["group"] != group:
+            group = row["group"]
+            table.add_row(f"[bold]{group}[/bold]")
+        values = (*pair(row), signed(row), _unit(row["unit"]))
+        table.add_row(f"  {escape(row['quantity'])}", *map(escape, values), (row["better"] or "").upper())
+    console.print(table if facts["figures"] else "no figure differs", highlight=False)
+    if (parts := facts["parts"]) is None:
+        console.print("parts and cost: both machines must be built", highlight=False)
+    else:
+        for words, rows in (("only in A", parts["only_a"]), ("only in B", parts["only_b"])):
+            named = ", ".join(f"{row['quantity']} x {row['part_number']}" for row in rows) or "none"
+            console.print(f"parts {words}: {escape(named)}", highlight=False, soft_wrap=True)
+        console.print(f"parts changed ({parts['same']} are the same):", highlight=False)
+        for row in parts["changed"]:
+            console.print(f"  {escape(row['part_number'])}: {escape(changes(row))}", highlight=False, soft_wrap=True)
+        _print_cost(console, facts["cost"])
+    console.print(f"both in 3D: open {escape(facts['page'])}", highlight=False, soft_wrap=True)
+
+
+def _print_cost(console: Console, cost: Mapping[str, Any]) -> None:
+    """Prints the sums of two machines, and the lines of one machine that differ, EUR."""
+    table = _table("EUR", ">A", ">B", ">B - A")
+    for words, key in (("made parts", "made_EUR"), ("bought parts", "bought_EUR"), ("one machine", "total_EUR")):
+        for count, a, b in zip(cost["machines"], cost[key]["a"], cost[key]["b"], strict=True):
+            if count == 1 or key == "total_EUR":
+                of = words if count == 1 else f"{words}, when {count} are made"
+                table.add_row(of, f"{a:.2f}", f"{b:.2f}", f"{b - a:+.2f}")
+    for line in cost["lines"]:
+        a, b = ("" if value is None else f"{value:.2f}" for value in (line["a_EUR"], line["b_EUR"]))
+        table.add_row(f"  {escape(line['part_number'])}", a, b, f"{line['difference_EUR']:+.2f}")
+    console.print(table)
 
 
 def _print_checks(console: Console, outcome: Outcome) -> None:

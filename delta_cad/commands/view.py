@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from delta_cad.commands.machine import geometry_errors, refuse_design, refuse_hardware
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_BUILT, Interrupt, ProgressLine, refuse
-from delta_cad.common.options import CATALOGUE, DESIGN, MOST_PORT, Option, whole
+from delta_cad.common.options import CATALOGUE, DESIGN, MOST_PORT, OUT_FOLDER, Option, whole
 from delta_cad.common.refusal import not_installed
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ _PORT = 8080
 OPTIONS = (
     DESIGN,
     CATALOGUE,
+    OUT_FOLDER.but(help="folder of builds, of which the last one's solids are shown first; default: out"),
     Option("--port", type=whole(1, MOST_PORT), default=_PORT, metavar="N", help=f"port of the page; default: {_PORT}"),
     Option(
         "--host",
@@ -102,7 +103,7 @@ def _serve(server: ViserServer, guard: Guard, design: Design, given: argparse.Na
         guard.begin(page.ranges(), HANDLE, page.nearest_m)
         print(f"{guard.url}  Ctrl-C ends it", flush=True)
         try:
-            _solids(page, design)
+            _solids(page, design, given)
         except KeyboardInterrupt:  # the next clause would load the CAD kernel, again where that was interrupted
             raise
         except geometry_errors() as error:
@@ -111,11 +112,24 @@ def _serve(server: ViserServer, guard: Guard, design: Design, given: argparse.Na
     return DONE
 
 
-def _solids(page: LivePage, design: Design) -> None:
-    """Makes the solids and gives them to the page."""
+def _solids(page: LivePage, design: Design, given: argparse.Namespace) -> None:
+    """Makes the solids and gives them to the page; until then it shows those of the last build, and says so."""
     # stdout: a kernel whose loading Ctrl-C interrupts says there that a library were missing
     with ProgressLine() as line, redirect_stdout(io.StringIO()):
-        line.show("loading the CAD kernel")
+        from delta_cad.report.live.earlier import earlier_machine
+
+        shown = "the mechanism is shown as lines"
+        page.say(f"The solids are being made, which takes about a minute; until then {shown}.")
+        if (earlier := earlier_machine(design, given.out / design.name, given.catalogue)) is not None:
+            page.show_earlier(earlier)
+            shown = "those of the last build are shown"
+            shown += "" if earlier.same else f", which is of another design, faint, and {design.name} as lines"
+
+        def doing(words: str) -> None:
+            line.show(words)
+            page.say(f"The solids are being made, which takes about a minute ({words}); until then {shown}.")
+
+        doing("loading the CAD kernel")
         import numpy as np
 
         from delta_cad.checks.range.holding import holding_torque, moving_bodies
@@ -124,7 +138,7 @@ def _solids(page: LivePage, design: Design) -> None:
         from delta_cad.drive.masses import masses_from_dict
         from delta_cad.report.live.nearest import Neighbours
 
-        machine = make_machine(design, line.show)
+        machine = make_machine(design, doing)
     masses = masses_from_dict(machine.masses, design.geometry.forearm_length, drive_torque(design))
     bodies, gravity = moving_bodies(machine.masses), np.array(design.requirements.gravity_m_s2)
 
@@ -133,3 +147,4 @@ def _solids(page: LivePage, design: Design) -> None:
 
     neighbours = Neighbours(machine.assembly, check_limits(machine.dimensions, machine.masses), machine.meshes)
     page.solids(machine.assembly, machine.meshes, masses.handle_inertia, weight, neighbours)
+    page.say("")

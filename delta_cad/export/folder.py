@@ -10,6 +10,7 @@ from pathlib import Path
 
 from delta_cad.common.files import recover, refuse_foreign_files, whole_folder
 
+ARCHIVE = "everything.zip"
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 _REJECTED_SUFFIX = ".rejected"
 
@@ -54,3 +55,18 @@ def output_folder(out: Path, name: str) -> Iterator[_BuildFolder]:
     with whole_folder(good, to=lambda: bad if folder.rejected else good) as folder.path:
         recover(bad)
         yield folder
+
+
+def write_archive(folder: Path, name: str) -> None:
+    """Packs all files of a finished folder but its manifest into `everything.zip`, to send or download in one piece.
+
+    Args:
+        folder: The folder; the archive is written into it and does not hold itself.
+        name: Name of the build: the folder within the archive.
+    """
+    from delta_cad.export.meshes import write_package
+
+    files = sorted(path for path in folder.rglob("*") if path.is_file() and path != folder / ARCHIVE)
+    write_package(
+        folder / ARCHIVE, {f"{name}/{path.relative_to(folder).as_posix()}": path.read_bytes() for path in files}
+    )

@@ -110,15 +110,9 @@ def requirements(results: Sequence[CheckResult]) -> list[_Line]:
 
 def binding(results: Sequence[CheckResult]) -> list[_Line]:
     """Lists the checks that are closest to their limit as a share of it, one of a kind, those far from it left out."""
-
-    def room(result: CheckResult) -> float:
-        assert result.value is not None
-        assert result.limit
-        return abs(result.value - result.limit) / abs(result.limit)
-
     able = [r for r in results if r.passed and r.value is not None and r.limit and r.value != r.limit]
-    close = [(min(group, key=room), name) for name, group in grouped(able).items()]
-    close = sorted((one for one in close if room(one[0]) < CLOSE), key=lambda one: room(one[0]))
+    close = [(min(group, key=_room), name) for name, group in grouped(able).items()]
+    close = sorted((one for one in close if _room(one[0]) < CLOSE), key=lambda one: _room(one[0]))
     return [line(result, plain(name)) for result, name in close[:_BINDING]]
 
 
@@ -130,15 +124,54 @@ def plain(name: str) -> str:
     return f"{_KINDS[kind]}: {of}" if kind in _KINDS else f"{name[:1].upper()}{name[1:]}"
 
 
-def every(results: Sequence[CheckResult]) -> list[_Line]:
-    """Lists all checks: each that fails by itself, then the others, those of the three chains in one line."""
-    failed = [line(result) for result in results if not result.passed]
-    passed = grouped(result for result in results if result.passed)
-    lines = []
-    for name, group in passed.items():
-        worst = min(group, key=closeness)
-        lines.append(line(worst, f"{name} ({len(group)}×)" if len(group) > 1 else name))
-    return failed + lines
+def failures(results: Sequence[CheckResult]) -> list[_Line]:
+    """Lists the checks that fail, each by itself."""
+    return [line(result) for result in results if not result.passed]
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """The checks of one kind.
+
+    Attributes:
+        words: The kind.
+        passed: How many hold.
+        count: How many there are.
+        closest: That which fails by most or, as a share of its limit, is closest to it; None where none has both.
+        lines: All of them, those of the three chains that hold in one line.
+    """
+
+    words: str
+    passed: int
+    count: int
+    closest: _Line | None
+    lines: list[_Line]
+
+
+def kinds(results: Sequence[CheckResult]) -> list[_Kind]:
+    """Sums checks up by their kind, kinds with failures first."""
+    groups: dict[str, list[CheckResult]] = {}
+    for result in results:
+        groups.setdefault(result.kind or "Others", []).append(result)
+    found = [_kind(words, group) for words, group in groups.items()]
+    return sorted(found, key=lambda kind: kind.passed == kind.count)
+
+
+def _kind(words: str, results: Sequence[CheckResult]) -> _Kind:
+    passed = [result for result in results if result.passed]
+    lines = failures(results)
+    for name, group in grouped(passed).items():
+        lines.append(line(min(group, key=closeness), f"{name} ({len(group)}×)" if len(group) > 1 else name))
+    bounded = [r for r in results if r.value is not None and r.limit and r.value != r.limit]
+    closest = min(bounded, key=lambda r: (r.passed, _room(r) if r.passed else -_room(r)), default=None)
+    return _Kind(words, len(passed), len(results), None if closest is None else line(closest), lines)
+
+
+def _room(result: CheckResult) -> float:
+    """Computes the room of a check to its limit, or what it lacks, as a share of the limit."""
+    assert result.value is not None
+    assert result.limit
+    return abs(result.value - result.limit) / abs(result.limit)
 
 
 @dataclass(frozen=True)

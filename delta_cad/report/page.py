@@ -11,18 +11,23 @@ import json
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from delta_cad.common.reading import read_json
 from delta_cad.common.units import G_PER_KG, MM_PER_M
 from delta_cad.design import design_to_json
+from delta_cad.export.folder import ARCHIVE
 from delta_cad.export.views.explode import exploded
 from delta_cad.mechanism.placement import LinkPlacement
+from delta_cad.report.built import PAGE
 from delta_cad.report.fields import Handle, fields, handle_of, maps
-from delta_cad.report.figures import binding, every, feel, headline, lengths, requirements, with_unit
+from delta_cad.report.figures import binding, failures, feel, headline, kinds, lengths, requirements, with_unit
 from delta_cad.report.outline import outline
 from delta_cad.report.statements import assumptions, certificate, proof, provenance
 from delta_cad.report.subject import Subject, plain
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 # Tables of the page about making: what the machine costs, and what its tolerances do, from the files beside it.
 _COST, _TOLERANCES = "cost.json", "tolerances.json"
@@ -141,12 +146,13 @@ def scene(s: Subject, handle: Handle) -> dict[str, Any]:
     """Gathers the machine as JSON types, lengths in mm.
 
     Returns:
-        `mechanism`; `parts`, what a person reads of each; `occurrences`, link, part and (3,) way in the exploded view
-        of each; `home_mm`, `cube`, `outline`.
+        `mechanism`, with the stops of the arms and the lean of the rods, rad; `parts`, what a person reads of each;
+        `occurrences`, link, part and (3,) way in the exploded view of each; `home_mm`, `cube`, `outline`.
     """
     moves, numbers = exploded(s.assembly, s.meshes), {part.number: k for k, part in enumerate(s.assembly.parts)}
     return {
-        "mechanism": mechanism(s.assembly.placement, s.design.requirements.force_N, handle),
+        "mechanism": mechanism(s.assembly.placement, s.design.requirements.force_N, handle)
+        | plain({"shoulder_rad": s.dimensions.stops_rad, "lean_rad": s.dimensions.forearm.tilt_limit_rad}),
         "parts": [
             {
                 "number": part.piece_of or part.number,
@@ -170,13 +176,22 @@ def scene(s: Subject, handle: Handle) -> dict[str, Any]:
     }
 
 
-FILE_NAME = "report.html"
+FILE_NAME = PAGE
+# What is offered to download: the file, and what it is for.
+_DOWNLOADS = (
+    (ARCHIVE, "Everything"),
+    ("quotation.zip", "Quotation"),
+    ("assembly.step", "STEP assembly"),
+    ("drawings/assembly.pdf", "Assembly drawing"),
+    ("bom.csv", "Bill of materials"),
+    ("design.json", "Design file"),
+)
 SEARCHED = "design.html"  # which `design` writes beside what it found
 _CERTIFICATE = "certificate.json"  # which only some builds have beside them
 _MANUAL = "manual/manual.html"  # which a build may be asked to leave out
 ASSETS = Path(__file__).parent / "assets"
 VENDOR = Path(__file__).parent / "vendor"
-_SCRIPTS = ("kinematics.js", "viewer.js", "maps.js", "main.js")
+_SCRIPTS = ("kinematics.js", "viewer.js", "grip.js", "maps.js", "main.js")
 # Columns of the bill of materials that come first; others that a build may write follow. Sources stand with what is
 # described.
 COLUMNS = (
@@ -188,11 +203,11 @@ _SOURCES = ("source", "cost_source")
 
 
 def write_report(s: Subject, folder: Path, versions: Mapping[str, str], poor: str = "") -> Path:
-    """Writes the page of a build into its folder, where all other files but the manifest are.
+    """Writes the page of a build into its folder, where all other files but archive and manifest are.
 
     Args:
         s: The machine and its checks.
-        folder: Holds `assembly.glb` and `bom.json`; its files are linked.
+        folder: Holds `assembly.glb` and `bom.json`; its files are linked, and the archive that comes after the page.
         versions: Program -> version, as the manifest tells them.
         poor: In what a machine that passes is poor; "" for nothing.
 
@@ -202,64 +217,75 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str], poor: st
     Raises:
         OSError, ReadError: A file cannot be read or written.
     """
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
     from markupsafe import Markup
 
     handle = handle_of(s)
     over = fields(s, handle) if s.reachable else []
     data = scene(s, handle) | {"slices": maps(s, over)}
-    scripts = [_script(VENDOR / "three.js"), *(_script(ASSETS / name) for name in _SCRIPTS)]
+    scripts = [script_text(VENDOR / "three.js"), *(script_text(ASSETS / name) for name in _SCRIPTS)]
     style = (ASSETS / "page.css").read_text(encoding="utf-8")
-    tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
-    environment = Environment(loader=FileSystemLoader(ASSETS), autoescape=True, **tidy)
     rows = [_specified(row) for row in read_json(folder / "bom.json")["items"]]
     files = _files(folder)
     certified = certificate(s.design, folder / _CERTIFICATE)
-    text = environment.get_template("page.html").render(
-        name=s.design.name,
-        poor=poor,
-        passed=all(result.passed for result in s.results),
-        counted=(sum(result.passed for result in s.results), len(s.results)),
-        headline=headline(s, over),
-        lengths=lengths(s),
-        requested=requirements(s.results),
-        binding=binding(s.results),
-        checks=every(s.results),
-        feel=feel(s, over),
-        reachable=s.reachable,
-        cube=data["cube"],
-        outline=outline(s),
-        bom={"columns": _columns(rows), "rows": rows},
-        cost=cost(folder),
-        tolerances=tolerances(folder),
-        certificate=certified,
-        proof=certified if certified["found"] else proof(s),
-        assumptions=assumptions(s),
-        provenance=provenance(s, dict(versions)),
-        design=design_to_json(s.design),
-        manual=_MANUAL if (folder / _MANUAL).is_file() else "",
-        files=files,
-        drawn={name for group, names in files if group == "drawings" for name, _ in names},
-        searched=SEARCHED if (folder / SEARCHED).is_file() else "",
-        policy=page_policy(scripts, style),
-        style=Markup(style),
-        scripts=[Markup(script) for script in scripts],
-        licence=Markup((VENDOR / "three.LICENSE").read_text(encoding="utf-8").strip()),
-        data=Markup(_json(data)),
-        model=Markup(b64encode((folder / "assembly.glb").read_bytes()).decode("ascii")),
+    text = (
+        environment()
+        .get_template("page.html")
+        .render(
+            name=s.design.name,
+            poor=poor,
+            passed=all(result.passed for result in s.results),
+            counted=(sum(result.passed for result in s.results), len(s.results)),
+            headline=headline(s, over),
+            lengths=lengths(s),
+            requested=requirements(s.results),
+            binding=binding(s.results),
+            failures=failures(s.results),
+            kinds=kinds(s.results),
+            feel=feel(s, over),
+            reachable=s.reachable,
+            cube=data["cube"],
+            outline=outline(s),
+            bom={"columns": _columns(rows), "rows": rows},
+            cost=cost(folder),
+            tolerances=tolerances(folder),
+            certificate=certified,
+            proof=certified if certified["found"] else proof(s),
+            assumptions=assumptions(s),
+            provenance=provenance(s, dict(versions)),
+            design=design_to_json(s.design),
+            manual=_MANUAL if (folder / _MANUAL).is_file() else "",
+            files=files,
+            downloads=_downloads(folder),
+            drawn={name for group, names in files if group == "drawings" for name, _ in names},
+            searched=SEARCHED if (folder / SEARCHED).is_file() else "",
+            policy=page_policy(scripts, style),
+            style=Markup(style),
+            scripts=[Markup(script) for script in scripts],
+            licence=Markup((VENDOR / "three.LICENSE").read_text(encoding="utf-8").strip()),
+            data=Markup(json_script(data)),
+            model=Markup(b64encode((folder / "assembly.glb").read_bytes()).decode("ascii")),
+        )
     )
     path = folder / FILE_NAME
     path.write_text(text, encoding="utf-8")
     return path
 
 
-def _script(path: Path) -> str:
-    """A script that no tag within ends."""
+def environment() -> Environment:
+    """Makes the environment of the templates: what they are given is escaped, and what they miss is an error."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
+    return Environment(loader=FileSystemLoader(ASSETS), autoescape=True, **tidy)
+
+
+def script_text(path: Path) -> str:
+    """Reads a script that no tag within ends."""
     return path.read_text(encoding="utf-8").replace("</script", "<\\/script")
 
 
-def _json(data: Any) -> str:
-    """JSON that no tag within ends, whatever names it holds."""
+def json_script(data: Any) -> str:
+    """Writes JSON that no tag within ends, whatever names it holds."""
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
@@ -286,6 +312,16 @@ def _specified(row: Mapping[str, Any]) -> dict[str, Any]:
 def _columns(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     found = {key for row in rows for key, value in row.items() if value not in ("", None)}
     return [key for key in COLUMNS if key in found] + sorted(found - {*COLUMNS, *_SOURCES})
+
+
+def _downloads(folder: Path) -> list[tuple[str, str, int]]:
+    """Name, purpose and size in bytes of what is offered; the archive, which holds this page, is of no size yet."""
+    found = [(name, words, folder / name) for name, words in _DOWNLOADS]
+    return [
+        (name, words, path.stat().st_size if path.is_file() else 0)
+        for name, words, path in found
+        if path.is_file() or name == ARCHIVE
+    ]
 
 
 def _files(folder: Path) -> list[tuple[str, list[tuple[str, int]]]]:

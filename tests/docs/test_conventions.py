@@ -11,7 +11,7 @@ from math import hypot, sqrt
 import numpy as np
 import pytest
 
-from delta_cad.commands.collared import CollaredDelta
+from delta_cad.commands.kinematic import CollaredDelta
 from delta_cad.mechanism import Cube, DeltaGeometry, forward_kinematics, inverse_kinematics
 from delta_cad.mechanism.chains import chain_positions, equal_chains, unequal
 from delta_cad.mechanism.workspace import cube_surface

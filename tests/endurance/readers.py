@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
+from importlib.metadata import version
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -27,6 +28,7 @@ from delta_cad.common.files import RECORD, refuse_foreign_files
 from delta_cad.design import Design, DesignError, design_hash, design_to_dict, load_design
 from delta_cad.design.lengths import load_lengths
 from delta_cad.drive.masses import MassError, load_masses
+from delta_cad.report.built import Build, StaleBuildError
 from delta_cad.report.statements import certificate as wording
 from haptics.calibration.accuracy import accuracy
 from haptics.calibration.fit import fit
@@ -206,6 +208,8 @@ def _packet(rng: Random) -> bytes:
     return content if rng.random() < 0.3 else content[:-4] + zlib.crc32(content[:-4]).to_bytes(4, "little")
 
 
+MANIFEST = {"input_sha256": "0" * 64, "versions": {"delta-haptics": version("delta-haptics"), "python": "3.11.7"}}
+MANIFEST |= {"files": {"bom.json": {"sha256": sha256(b"a").hexdigest(), "bytes": 1}}}
 LENGTHS = {
     "mechanism": {
         "base_side_mm": 567.0, "base_joints_at": "middles", "platform_radius_mm": 44.0, "upper_arm_length_mm": 524.0,
@@ -318,6 +322,8 @@ def _more_readers(design: Design, weights: Path, folder: Path, task: dict[str, A
                (OtherDesignError,)),
         Reader("record of a folder", "w.json", _of_tree({"files": {"a.txt": {"sha256": sha256(b"a").hexdigest()}}},
                json_text), _written(folder), (FileExistsError,)),
+        Reader("manifest of a build", "manifest.json", _of_tree(MANIFEST, json_text), lambda p: Build.read(p.parent),
+               (StaleBuildError,)),
         Reader("checks of a build", "k.json", _of_tree(checks, json_text), built, ()),
     ]  # fmt: skip
     for family in CHOSEN.values():

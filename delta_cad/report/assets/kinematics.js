@@ -5,6 +5,7 @@ const Delta = (() => {
   const UP = [0, 0, 1];
   const SENSES = [[1, 1, 1], [1, 1, -1], [1, -1, 1], [1, -1, -1]];
   const MM_PER_M = 1000;
+  const HALVINGS = 40; // of a way in mm: to below what a double resolves of it
 
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -144,5 +145,27 @@ const Delta = (() => {
     };
   }
 
-  return { links, figures };
+  // Whether the handle can be at a position: chains closed, arms between their stops, rods within their joints' lean.
+  function reachable(m, p) {
+    const [low, high] = m.shoulder_rad;
+    const solved = p[2] > 0 ? chains(m, p) : null;
+    const within = (c) => c.theta >= low && c.theta <= high && Math.abs(Math.asin(c.t / m.forearm_mm)) <= m.lean_rad;
+    return solved !== null && solved.every(within);
+  }
+
+  // The position nearest to a wanted one on the segment to it from a reachable one, by halving; null from none.
+  function toward(m, from, wanted) {
+    if (reachable(m, wanted)) return wanted;
+    if (!reachable(m, from)) return null;
+    const at = (share) => from.map((v, k) => v + share * (wanted[k] - v));
+    let [inside, outside] = [0, 1];
+    for (let step = 0; step < HALVINGS; step++) {
+      const middle = (inside + outside) / 2;
+      if (reachable(m, at(middle))) inside = middle;
+      else outside = middle;
+    }
+    return at(inside);
+  }
+
+  return { links, figures, reachable, toward };
 })();

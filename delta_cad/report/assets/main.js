@@ -6,6 +6,7 @@
   const degrees = (rad) => (rad * 180) / Math.PI;
   const half = data.cube.half_mm;
   const middle = [data.cube.centre_x_mm, 0, data.cube.bottom_mm + half];
+  const FAR_MM = 2 * (data.mechanism.upper_arm_mm + data.mechanism.forearm_mm); // beyond all that is reached
   const sliders = [..."xyz"].map((axis) => get(`pose-${axis}`));
   let viewer = null;
   let at = data.home_mm;
@@ -24,6 +25,7 @@
       row("out of reach", "");
       return;
     }
+    if (Math.max(...pose.map((v, k) => Math.abs(v - middle[k]))) > half + 1e-6) row("outside the cube", "not proved here");
     const three = (values, digits) => values.map((v) => degrees(v).toFixed(digits)).join(", ");
     row("shoulders", `${three(found.shoulder, 2)} deg`);
     row("rods' lean", `${three(found.lean, 2)} deg`);
@@ -34,10 +36,13 @@
     if (found.position_step !== null) row("position step", `${told(found.position_step, 3)} mm`);
   }
 
-  // Moves the machine to a pose within the cube.
-  function move(pose) {
-    const within = pose.map((v, k) => Math.min(middle[k] + half, Math.max(middle[k] - half, v)));
+  // Moves the machine to the position nearest to a wanted one: of the cube, or of all that the machine reaches.
+  function move(wanted) {
+    const kept = get("keep").checked ? clamped(wanted) : wanted;
+    const within = Delta.toward(data.mechanism, middle, kept) ?? kept;
     sliders.forEach((slider, k) => {
+      slider.min = Math.min(slider.min, within[k]);
+      slider.max = Math.max(slider.max, within[k]);
       slider.value = within[k];
       get(`told-${"xyz"[k]}`).textContent = within[k].toFixed(1);
     });
@@ -46,11 +51,23 @@
     at = within;
   }
 
+  const clamped = (pose) => pose.map((v, k) => Math.min(middle[k] + half, Math.max(middle[k] - half, v)));
+
+  // Lets the sliders go over the cube, or as far as the machine reaches from its middle.
+  function limit() {
+    sliders.forEach((slider, k) => {
+      const end = (side) => middle.map((v, axis) => (axis === k ? v + side : v));
+      const farthest = (side) => Delta.toward(data.mechanism, middle, end(side))?.[k] ?? middle[k];
+      const sides = get("keep").checked ? [middle[k] - half, middle[k] + half] : [farthest(-FAR_MM), farthest(FAR_MM)];
+      [slider.min, slider.max] = sides;
+    });
+    move(at);
+  }
+
   sliders.forEach((slider, k) => {
-    slider.min = middle[k] - half;
-    slider.max = middle[k] + half;
     slider.addEventListener("input", () => move(at.map((v, axis) => (axis === k ? Number(slider.value) : v))));
   });
+  get("keep").addEventListener("change", limit);
   get("home").addEventListener("click", () => move(middle));
   for (const button of document.querySelectorAll("button.show")) {
     button.addEventListener("click", () => {
@@ -92,8 +109,7 @@
   }
 
   function name(event) {
-    const box = event.target.getBoundingClientRect();
-    const found = viewer?.under(event.clientX - box.left, event.clientY - box.top);
+    const found = viewer?.hit(...viewer.pixel(event))?.part;
     if (!found) return tell(event, "");
     const part = data.parts[found.part];
     return tell(event, found.name, part.description, `${part.material}, ${part.mass_g} g, ${part.make ? "made" : "bought"}`);
@@ -115,8 +131,11 @@
   for (const filter of document.querySelectorAll("input.filter")) {
     filter.addEventListener("input", () => {
       const sought = filter.value.toLowerCase();
-      for (const line of get(filter.dataset.table).tBodies[0].rows) {
-        line.hidden = !line.textContent.toLowerCase().includes(sought);
+      const table = get(filter.dataset.table);
+      for (const line of table.querySelectorAll("tbody tr")) line.hidden = !line.textContent.toLowerCase().includes(sought);
+      for (const kind of table.querySelectorAll("details.sum")) {
+        kind.hidden = !kind.querySelector("tbody tr:not([hidden])");
+        kind.open = sought !== "" && !kind.hidden;
       }
     });
   }
@@ -132,11 +151,11 @@
   if (home) {
     const maps = new Maps(home, data.slices, tell, move);
     const scales = get("scales");
-    scales.addEventListener("change", () => maps.draw(scales.value));
-    maps.draw(scales.value);
+    scales.addEventListener("change", () => maps.draw(scales.value === "each"));
+    maps.draw(false);
   }
 
-  move(data.home_mm);
+  limit();
   const bytes = Uint8Array.from(atob(get("model").textContent), (c) => c.charCodeAt(0));
   try {
     viewer = new Viewer(get("view"), data, bytes.buffer);
@@ -148,7 +167,7 @@
   viewer.ready.then(() => {
     viewer.fit();
     viewer.look("iso");
-    move(data.home_mm);
+    move(at);
     const rows = [...document.querySelectorAll("#bom tr[data-part]")];
     const drawn = rows.map((row) => [row, [...data.parts.keys()].filter((k) => data.parts[k].number === row.dataset.part)]);
     viewer.portraits(
@@ -158,6 +177,13 @@
         return [canvas, pieces];
       }),
     );
+    const hint = get("hint");
+    hint.hidden = false;
+    new Grip(viewer, (position) => {
+      hint.hidden = true;
+      tip.hidden = true;
+      move(position);
+    });
     new ResizeObserver(() => viewer.fit()).observe(get("view"));
     get("message").remove();
     document.body.dataset.ready = "model";

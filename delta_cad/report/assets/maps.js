@@ -8,9 +8,9 @@ class Maps {
     this.rows = data.maps.map((map) => new MapRow(home, data, map, told, chosen));
   }
 
-  // scales: "one" for all slices of a figure, "each" slice its own, "fit": its own where one would hide most of them.
-  draw(scales) {
-    for (const row of this.rows) row.draw(scales === "each" || (scales === "fit" && row.skewed));
+  // ownScales: each slice has a colour scale of its own, in place of one over all slices of a figure.
+  draw(ownScales) {
+    for (const row of this.rows) row.draw(ownScales);
   }
 }
 
@@ -31,9 +31,8 @@ class MapRow {
     const known = map.values.map((slice) => slice.map((line) => line.map((v) => v ?? NaN))); // none at a singularity
     const flat = known.flat(2).filter(Number.isFinite);
     this.range = [Math.min(...flat), Math.max(...flat)];
+    this.marks = 0;
     this.worst = map.upper ? this.range[1] : this.range[0];
-    const spans = known.map((slice) => Math.max(...slice.flat()) - Math.min(...slice.flat()));
-    this.skewed = spans.filter((span) => span < (this.range[1] - this.range[0]) / 4).length > spans.length / 2;
     this.slices = known.map((values, k) => {
       const figure = element(slices, "figure", "");
       const frame = element(figure, "div", "slice");
@@ -90,11 +89,11 @@ class MapRow {
     }
   }
 
-  // Marks the worst value of all slices where it lies.
+  // Marks the worst value of all slices where it lies; where many places share it, the first of them.
   mark(frame, values) {
     const n = this.x.length - 1;
     values.forEach((line, j) => line.forEach((value, i) => {
-      if (value !== this.worst) return;
+      if (value !== this.worst || this.marks++ >= MOST_MARKS) return;
       const cross = element(frame, "span", "worst", "×");
       cross.style.left = `${4 + (92 * i) / n}%`;
       cross.style.top = `${4 + 92 * (1 - j / n)}%`;
@@ -102,6 +101,7 @@ class MapRow {
   }
 }
 
+const MOST_MARKS = 6; // of a symmetric machine's equal places
 const SIZE = 65; // pixels along an edge of a slice; the browser smooths what it enlarges
 
 function told(value, digits = 3) {

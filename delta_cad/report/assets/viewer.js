@@ -289,14 +289,25 @@ class Viewer {
     return [centre.addScaledVector(to, middle), Math.max(wide, high) - middle];
   }
 
-  // The part under a point of the canvas, and the point, in pixels from its corner; null for none.
-  under(x, y) {
+  // Where an event's pointer is on the canvas, in pixels from its corner.
+  pixel(event) {
+    const box = this.canvas.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  }
+
+  // The line of sight through a point of the canvas.
+  ray(x, y) {
     const { clientWidth: w, clientHeight: h } = this.canvas;
     const ray = new THREE.Raycaster();
     ray.setFromCamera(new THREE.Vector2((2 * x) / w - 1, 1 - (2 * y) / h), this.camera);
+    return ray;
+  }
+
+  // The part under a point of the canvas, and where the line of sight meets it; null for none.
+  hit(x, y) {
     const visible = (hit) => !this.cutting[0] || this.plane.distanceToPoint(hit.point) >= 0;
-    const hit = ray.intersectObjects(this.parts.map((one) => one.node), false).find(visible);
-    return hit ? this.parts.find((one) => one.node === hit.object) : null;
+    const found = this.ray(x, y).intersectObjects(this.parts.map((one) => one.node), false).find(visible);
+    return found ? { part: this.parts.find((one) => one.node === found.object), point: found.point } : null;
   }
 
   fit() {

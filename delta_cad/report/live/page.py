@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from html import escape
 from threading import Condition, Event, RLock, Thread
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -14,7 +16,7 @@ import numpy as np
 from delta_cad.assembly.tessellation import Meshes
 from delta_cad.common.units import M_PER_MM, MM_PER_M
 from delta_cad.design import Design
-from delta_cad.mechanism import jacobian
+from delta_cad.mechanism import MechanismError, jacobian
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.report.live.guard import one_of, within
 from delta_cad.report.live.lengths import Lengths, readings, skeleton
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from viser import ViserServer
 
     from delta_cad.assembly.machine import Assembly
+    from delta_cad.report.live.earlier import Earlier
     from delta_cad.report.live.nearest import Nearest, Neighbours
 
 
@@ -77,6 +80,7 @@ _SAME_MM = 1e-3  # what the handle is off where it is left to who drags it
 _NARROW = 0.8  # width of a screen over its height below which its controls cover its lower part
 _ROOM = 1.35  # of what is shown about the middle, to the radius of the elbows: knob, motors, what is near looks larger
 _COVERED = 0.6  # of its height, by viser's own panel
+_FAINT = 0.35  # opacity of the solids of another design
 _STYLE = "<div style='font-size:0.8rem;padding:0 0.75rem'>"
 HANDLE = "/handle"
 _LEVEL = 1e-6  # length of what of the vertical a camera sees that looks along it
@@ -94,6 +98,8 @@ class LivePage:
         self._frames: dict[str, Any] = {}
         self._drawn: dict[str, tuple[np.ndarray, Any]] = {}
         self._bodies: dict[str, tuple[Any, tuple[int, ...]]] = {}
+        self._earlier: Earlier | None = None
+        self._earlier_frames: dict[str, Any] = {}
         self._knob_mm = 0.0  # height of its top over the handle's position, the platform's centre
         self._weight_N_m: Callable[[np.ndarray], np.ndarray] | None = None
         self._neighbours: Neighbours | None = None
@@ -115,6 +121,7 @@ class LivePage:
         server.initial_camera.position = (0.45 * far, -0.75 * far, 0.6 * far)
         server.initial_camera.look_at = tuple(M_PER_MM * self.own.centre_mm * 0.4)
         server.on_client_connect(lambda client: self.frame(client.camera))
+        self._doing = server.gui.add_html("")
         self._reported = server.gui.add_html("")
         with server.gui.add_folder("Lengths, mm"):
             self._sliders = {name: self._slider(name, words) for name, words in SLIDERS.items()}
@@ -197,6 +204,23 @@ class LivePage:
             camera.position = tuple(at + far * away - lower * up)
             camera.look_at = tuple(at - lower * up)
 
+    def say(self, words: str) -> None:
+        """Shows a sentence on what is being done over all else; "" for nothing."""
+        self._doing.content = f"{_STYLE}<b>{escape(words)}</b></div>" if words else ""
+
+    def show_earlier(self, machine: Earlier) -> None:
+        """Shows the solids of the last build until `solids` gives others; faint where it is of another design."""
+        scene, opacity = self._server.scene, None if machine.same else _FAINT
+        with self._lock:
+            for link in {body.link for body in machine.bodies}:
+                self._earlier_frames[link] = scene.add_frame(f"/earlier/{link}", show_axes=False)
+            for body in machine.bodies:
+                name = f"/earlier/{body.link}/{body.name}"
+                settings = {"color": body.colour, "flat_shading": True, "opacity": opacity}
+                scene.add_mesh_simple(name, body.points_m, body.faces, **settings)
+            self._earlier = machine
+            self._show()
+
     def solids(
         self,
         assembly: Assembly,
@@ -234,6 +258,10 @@ class LivePage:
             self._assembly, self._inertia = assembly, inertia
             self._weight_N_m, self._neighbours = weight_N_m, neighbours
             self._solids.disabled = False
+            self._earlier = None
+            for frame in self._earlier_frames.values():
+                frame.remove()
+            self._earlier_frames.clear()
             self._show()
         self._moved.set()
 
@@ -315,7 +343,7 @@ class LivePage:
             reached = self.lengths.reaches(self.handle_mm)
             solid = self._assembly is not None and self.lengths == self.own and self._solids.value
             lines: dict[str, np.ndarray] = {}
-            if reached and not solid:
+            if reached and not solid and not self._place_earlier():
                 lines = skeleton(self.lengths, self._design.mechanism.parallelogram_width_mm, self.handle_mm)
             for link, frame in self._poses(solid and reached).items():
                 handle = self._frames[link]
@@ -331,6 +359,18 @@ class LivePage:
             self._arrow("weight", -held, _WEIGHT_COLOUR)
             self._lines("floor", self._floor() if self._scene.value == FLOOR else None, _FELT_COLOUR, _THIN_PX)
             self._reported.content = self._table(reached, force, held)
+
+    def _place_earlier(self) -> bool:
+        """Moves the solids of the last build, hidden out of their reach; whether they stand for the mechanism."""
+        earlier, frames = self._earlier, dict[str, np.ndarray]()
+        if earlier is not None and self.lengths == self.own:
+            with suppress(MechanismError):
+                frames = dict(earlier.placement(self.handle_mm))
+        for link, frame in self._earlier_frames.items():
+            frame.visible = link in frames
+            if link in frames:
+                frame.wxyz, frame.position = quaternion(frames[link][:3, :3]), tuple(M_PER_MM * frames[link][:3, 3])
+        return earlier is not None and earlier.same and bool(frames)
 
     def _floor(self) -> np.ndarray:
         """(4, 2, 3) edges of the floor that is felt, mm."""

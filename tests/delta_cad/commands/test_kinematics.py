@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from delta_cad.commands.cli import main
-from delta_cad.commands.collared import CollaredDelta
+from delta_cad.commands.kinematic import CollaredDelta
 from delta_cad.design.lengths import lengths_from_dict
 from delta_cad.mechanism import (
     DeltaGeometry,

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import argparse
 import re
 import signal
 import socket
 import subprocess
 import sys
+from collections.abc import Callable
+from typing import Any
 from urllib.request import urlopen
 
 import pytest
 
+from delta_cad.assembly.machine import Assembly
+from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.commands import pipeline, view
 from delta_cad.commands.cli import main
+from delta_cad.commands.pipeline import BuiltMachine
 from delta_cad.common.refusal import not_installed
-from tests.committed import BEST
+from delta_cad.design import Design
+from delta_cad.dimensions import Dimensions
+from delta_cad.report.live import nearest
+from delta_cad.report.live.earlier import Earlier
+from tests.committed import BEST, Built
 from tests.terminal import HANGS_S, said
 
 
@@ -80,3 +91,38 @@ def test_without_viser_it_says_what_to_install(
     monkeypatch.delitem(sys.modules, "delta_cad.report.live.guard", raising=False)
     assert main(["view", "--design", str(BEST)]) == 2
     assert capsys.readouterr().err == not_installed("viser", "view") + "\n"
+
+
+def test_the_first_minute_says_what_is_done_and_shows_the_last_build(
+    built: Built,
+    best: Design,
+    best_dimensions: Dimensions,
+    best_assembly: Assembly,
+    best_masses: dict[str, Any],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    said_, shown = list[str](), list[str]()
+
+    class Watched:
+        def say(self, words: str) -> None:
+            said_.append(words)
+
+        def show_earlier(self, machine: Earlier) -> None:
+            shown.append("earlier" if machine.same else "other")
+
+        def solids(self, *_: object) -> None:
+            shown.append("own")
+
+    def make(design: Design, progress: Callable[[str], None]) -> Any:
+        assert design is best
+        progress("solid sector")
+        return BuiltMachine(best_dimensions, best_assembly, MeshLibrary(best_assembly.parts, 0.2, 0.5), best_masses)
+
+    monkeypatch.setattr(pipeline, "make_machine", make)
+    monkeypatch.setattr(nearest, "Neighbours", lambda *_: None)
+    given = argparse.Namespace(out=built.folder.parent, catalogue=None)
+    view._solids(Watched(), best, given)  # type: ignore[arg-type]
+    assert shown == ["earlier", "own"]
+    assert "until then the mechanism is shown as lines" in said_[0]
+    assert any("solid sector" in words and "those of the last build are shown" in words for words in said_)
+    assert said_[-1] == ""

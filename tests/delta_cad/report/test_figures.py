@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from delta_cad.checks.report import CheckResult
-from delta_cad.report.figures import binding, every, line, plain, requirements, with_unit
+from delta_cad.report.figures import binding, failures, kinds, line, plain, requirements, with_unit
 
 
 @pytest.mark.parametrize(
@@ -55,8 +55,24 @@ def test_what_binds_is_closest_as_a_share_of_its_limit() -> None:
     ]
     assert [one.words for one in binding(results)] == ["Tight", "Gap a / b"]
     assert binding(results)[1].value == "1.05 mm"
-    assert [one.words for one in every(results)][:2] == ["fails", "far"]
-    assert "gap a / b (2×)" in [one.words for one in every(results)]
+    (kind,) = kinds(results)
+    assert [one.words for one in kind.lines][:2] == ["fails", "far"]
+    assert "gap a / b (2×)" in [one.words for one in kind.lines]
+
+
+def test_checks_are_summed_by_kind_and_a_kind_that_fails_comes_first() -> None:
+    results = [
+        CheckResult("a", True, 1.0, 10.0, "mm", kind="First"),
+        CheckResult("b", True, 9.0, 10.0, "mm", kind="First"),
+        CheckResult("c", True, 0.0, 0.0, "", kind="Second"),
+        CheckResult("d", False, 11.0, 10.0, "mm", kind="Third"),
+        CheckResult("e", False, 15.0, 10.0, "mm", kind="Third"),
+        CheckResult("f", True, 9.99, 10.0, "mm", kind="Third"),
+    ]
+    found = kinds(results)
+    assert [(one.words, one.passed, one.count) for one in found] == [("Third", 1, 3), ("First", 2, 2), ("Second", 1, 1)]
+    assert [one.closest and one.closest.words for one in found] == ["e", "b", None]
+    assert [one.words for one in failures(results)] == ["d", "e"]
 
 
 def test_what_is_required_comes_in_its_order() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import zipfile
 from base64 import b64decode, b64encode
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from delta_cad.checks.range.feel import poor_verdict
+from delta_cad.checks.registry import CHECKS
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.reading import ReadError
 from delta_cad.design import design_hash, load_design
@@ -81,6 +83,24 @@ def test_links_lead_to_files_of_the_build(page: Page, built: Built) -> None:
     assert files | {"manifest.json"} == there - {FILE_NAME}  # which is written last
 
 
+def test_everything_and_the_quotation_are_downloads(page: Page, built: Built) -> None:
+    links = {e.attributes["href"]: e.text for e in page.all("a") if "download" in e.attributes}
+    assert list(links)[:2] == ["everything.zip", "quotation.zip"]
+    for name, words in links.items():
+        size = (built.folder / name).stat().st_size
+        if found := re.search(r"([\d.]+) (MB|kB)", words):
+            assert float(found[1]) * {"MB": 1e6, "kB": 1e3}[found[2]] == pytest.approx(size, rel=0.05, abs=1e3)
+    with zipfile.ZipFile(built.folder / "everything.zip") as archive:
+        assert archive.testzip() is None
+        packed = {name.partition("/")[2]: archive.read(name) for name in archive.namelist()}
+        assert {name.partition("/")[0] for name in archive.namelist()} == {built.folder.name}
+    files = {p.relative_to(built.folder).as_posix(): p for p in built.folder.rglob("*") if p.is_file()}
+    assert packed.keys() == files.keys() - {"everything.zip", "manifest.json"}
+    assert all(files[name].read_bytes() == content for name, content in packed.items())
+    unpacked = sum(path.stat().st_size for path in files.values()) - len((built.folder / "everything.zip").read_bytes())
+    assert (built.folder / "everything.zip").stat().st_size < 0.55 * unpacked  # the folder is not doubled
+
+
 def test_it_holds_the_model_once_and_is_small(page: Page, built: Built) -> None:
     assert b64decode(page.one("model").text, validate=True) == (built.folder / "assembly.glb").read_bytes()
     assert (built.folder / FILE_NAME).stat().st_size <= MOST_BYTES
@@ -117,9 +137,12 @@ def test_its_figures_are_those_of_the_checks(page: Page, built: Built) -> None:
 def test_every_check_and_every_part_stands_in_it(page: Page, built: Built) -> None:
     record = json.loads((built.folder / "checks.json").read_text())
     checks = record["checks"]
-    rows = page.rows("checks")[1:]
+    rows = [row for row in page.rows("checks") if row[0] != "Check"]
     counted = sum(int(m[1]) if (m := re.search(r"\((\d+)×\)$", row[0])) else 1 for row in rows)
     assert counted == len(checks)
+    sums = re.findall(r"(\d+) of (\d+) hold", " ".join(e.text for e in page.all("summary")))
+    assert sum(int(holding) for holding, _ in sums) == sum(int(count) for _, count in sums) == len(checks)
+    assert {kind.label for kind in CHECKS} >= {e.text for e in page.all("b")} - {"Drawings"} != set()
     assert page.one("verdict").text.strip() == poor_verdict(record["poor"]) != ""  # 0.77 kg and 1.1 N at 3 N
     assert "poor" in page.one("verdict").attributes["class"].split()
     items = json.loads((built.folder / "bom.json").read_text())["items"]
@@ -149,7 +172,7 @@ def test_what_fails_comes_first_and_out_of_reach_there_are_no_maps(subject: Subj
     reach = CheckResult("reach", False, -3.0, 0.0, "mm", (1.0, 2.0, 90.0), ("chain_0",), "out of reach")
     fine = CheckResult("parts attached", True, 0.0, 0.0, "")
     found = written(replace(subject, results=(fine, reach)), folder)
-    assert [row[0] for row in found.rows("checks")[1:]] == ["reach", "parts attached"]
+    assert [row[0] for row in found.rows("checks") if row[0] != "Check"] == ["reach", "reach", "parts attached"]
     assert found.one("verdict").text.strip() == "1 of 2 checks FAIL"
     assert found.rows("figures")[1][1:5] == ["-3 mm", "≥ 0 mm", "−3 mm", "FAILS"]
     assert found.data()["slices"]["maps"] == []
