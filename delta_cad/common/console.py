@@ -31,6 +31,7 @@ GRACE_S, _AGAIN_S = 1.0, 0.5
 _LATER_S = 0.02  # s until it is tried again where it cannot be at once
 # What of the interpreter runs while a module in C or C++ begins: tables of its functions and classes are being made.
 _BEGINS = (ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__)
+_HAS_ALARM = hasattr(signal, "setitimer")  # not on Windows
 FIRST_S = 0.8  # s until the first line of progress where nobody watches: what ends sooner says nothing
 TELL_S = 4.0  # s between two lines of progress there, as in a log
 
@@ -170,12 +171,14 @@ class Interrupt:
 
     def __enter__(self) -> Callable[[], bool]:
         self._hook, sys.unraisablehook = sys.unraisablehook, self._lost
-        handlers = {signal.SIGALRM: _interrupt, signal.SIGINT: self._take, signal.SIGTERM: self._take}
+        handlers: dict[int, Any] = {signal.SIGINT: self._take, signal.SIGTERM: self._take}
+        if _HAS_ALARM:
+            handlers[signal.SIGALRM] = _interrupt
         self._before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
         return lambda: self._required
 
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        _come_again(0.0)
         for number, handler in self._before.items():
             signal.signal(number, handler)
         sys.unraisablehook = self._hook
@@ -188,7 +191,7 @@ class Interrupt:
 
     def _take(self, number: int, frame: FrameType | None) -> None:
         first, self._required, Interrupt.heard = not self._required, True, True
-        signal.setitimer(signal.ITIMER_REAL, GRACE_S, _AGAIN_S)
+        _come_again(GRACE_S)
         if not (first and self.GRACE):
             _interrupt(number, frame)
 
@@ -199,11 +202,28 @@ class Request(Interrupt):
     GRACE = True
 
 
+def _come_again(after_s: float) -> None:
+    """Has the interrupt come after a time, and again after that; 0: no more. Without SIGALRM a thread sends SIGINT."""
+    if _HAS_ALARM:
+        signal.setitimer(signal.ITIMER_REAL, after_s, _AGAIN_S if after_s else 0.0)
+        return
+    while _timers:
+        _timers.pop().cancel()
+    if after_s:
+        _timers.append(timer := threading.Timer(after_s, signal.raise_signal, [signal.SIGINT]))
+        timer.daemon = True
+        timer.start()
+
+
+_timers: list[threading.Timer] = []
+"""The one that is set where the system has no alarm."""
+
+
 def _interrupt(_number: int, frame: FrameType | None) -> None:
     """Interrupts, or asks again a little later where a module in C begins."""
     while frame is not None:
         if frame.f_code in _BEGINS:
-            signal.setitimer(signal.ITIMER_REAL, _LATER_S, _AGAIN_S)
+            _come_again(_LATER_S)
             return
         frame = frame.f_back
     raise KeyboardInterrupt
