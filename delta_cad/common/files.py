@@ -29,7 +29,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Self
 
-from delta_cad.common.console import refuse
 from delta_cad.common.reading import BINARY, ReadError, read_json
 
 # Absent on Windows: locks, and a descriptor of a folder.
@@ -399,6 +398,8 @@ def lock(descriptor: int, wait: bool = False) -> bool | None:
     """
     if fcntl is None:
         if not _reported:
+            from delta_cad.common.console import refuse  # no source of compiled code
+
             _reported.append(_NO_LOCKS)
             refuse(_NO_LOCKS, 0)
         return None

@@ -52,7 +52,19 @@ from optimizer.codesign.lengths import (
     tied_by_mass,
     worth_placing,
 )
-from optimizer.codesign.search_log import SearchLog, Trial, unmemoized, worded
+from optimizer.codesign.search_log import (
+    BUILDING,
+    ESTIMATES,
+    NEAREST,
+    PARTS,
+    REFINEMENT,
+    Phase,
+    SearchLog,
+    Trial,
+    best_so_far,
+    unmemoized,
+    worded,
+)
 from optimizer.codesign.updates import (
     COUPLE_STEP,
     ELBOW_STEP_DEG,
@@ -120,6 +132,7 @@ class Search:
         finely: Whether ratio, pinion and width are improved before a machine is built, beyond what passes.
         ready: A candidate that closed forms and its weights pass, which is built where the time is short.
         symmetric: Hardware with placed chains -> the three-fold symmetric candidate before, and what was known of it.
+        phase: Where the search is.
     """
 
     brief: DesignBrief
@@ -139,6 +152,7 @@ class Search:
     finely: bool = True
     ready: Candidate | None = None
     symmetric: dict[tuple[str, str], tuple[Candidate, Corrections]] = field(default_factory=dict)
+    phase: Phase = ESTIMATES
 
     def begin(self, step: str) -> None:
         """Reports a step, or ends what goes on where there is no time for it.
@@ -148,7 +162,8 @@ class Search:
             HalfTimeError: Half of it is over, and of the candidates that could be built none is.
         """
         self._require_time()
-        self.report(step)
+        ready = None if self.ready is None else self.ready.score
+        self.report(self.phase.step(step, best_so_far(self.log, self.brief.objective, ready)))
 
     def _require_time(self) -> None:
         if self.stop():
@@ -313,6 +328,7 @@ class Search:
             promised = self.dearer * (score + HOPE * abs(score))
             if best is not None and (number >= MOTORS or promised <= best[0].score):
                 break
+            self.phase = REFINEMENT
             refined = self._refined_in_time(choice)
             if refined is not None and (best is None or self.dearer * refined.score > best[0].score):
                 best = self._built_or_symmetric(refined, -np.inf if best is None else best[0].score) or best
@@ -361,9 +377,10 @@ class Search:
             return
         found: list[tuple[float, Selection]] = []
         rest = sorted(self._rough(), key=lambda one: -one[0])
-        for score, choice in rest[:RANKED]:
+        for number, (score, choice) in enumerate(rest[:RANKED]):
             if found and (self.hurried() or score + HOPE * abs(score) <= max(one for one, _ in found)):
                 break
+            self.phase = PARTS._replace(done=number, total=min(RANKED, number + len(rest)))
             self.begin(f"what the parts of {choice.motor} leave")
             del rest[0]
             if (fixed_point := self._fixed_point_near(choice, weighing=False)) is None:
@@ -386,7 +403,9 @@ class Search:
         failed: list[Selection] = []
         known: Lengths | None = None  # of another motor: a place to begin from
         entries = cheapest(self.brief) if self.brief.objective == "cost" else {}
-        for motor, drive in sorted(drives(self.brief), key=lambda one: unlikely(self.brief, one)):
+        offered = sorted(drives(self.brief), key=lambda one: unlikely(self.brief, one))
+        for number, (motor, drive) in enumerate(offered):
+            self.phase = ESTIMATES._replace(done=number, total=len(offered))
             if found and self.hurried():
                 break
             ratios = first_ratios(self.brief, drive)
@@ -566,6 +585,7 @@ class Search:
                 return None
             choice = candidate.choice
             named = f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1"
+            self.phase = BUILDING if self.finely else NEAREST
             self.begin(f"{named}: what moves")
             outcome = None
             try:
