@@ -461,7 +461,7 @@ class ProgressLine:
         return 1.0 if self._live and self._reported else max(min(FIRST_S, TELL_S), TELL_S - since)
 
     def _tell(self) -> None:
-        if self._text and not self.as_json:
+        if (self._text or self._step) and not self.as_json:
             self._reported, now = True, self._seconds()
             line = f"{now:5.0f} s  {' '.join(self._words(now).split())}"
             self._found = ""

@@ -11,10 +11,12 @@ import json
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
+from delta_cad.common.refusal import _extras, not_installed
 from tests.committed import BEST, ROOT
 
 MACOS = """
@@ -54,6 +56,7 @@ def refusing(path, *rest, **more):
 os.open = refusing
 """
 NO_LOCKS = "note: this system has no file locks: run one command at a time on a folder of results"
+PAPER = ROOT / "tests" / "references" / "joystick.toml"
 SYSTEMS = {"macos": MACOS, "windows": WINDOWS}
 
 
@@ -176,3 +179,41 @@ def test_who_does_not_look_is_interrupted_without_an_alarm_too(
         f"try:\n{INTERRUPTED.replace(chr(10), chr(10) + '  ')}\nexcept KeyboardInterrupt: print('ended')",
     )
     assert (done.stdout, done.stderr) == ("True\nended\n", "")
+
+
+@pytest.mark.parametrize(
+    ("module", "words", "extras"),
+    [
+        ("cadquery", ["delta_cad", "check", "--design", str(BEST)], "cad"),
+        ("numba", ["delta_cad", "inspect", "--design", str(BEST)], ""),
+        ("viser", ["delta_cad", "view", "--design", str(BEST)], "view"),
+        ("cadquery", ["optimizer", "design", "pocket.toml"], "optimize,cad"),
+        ("pymoo", ["optimizer", "synthesize", str(PAPER), "--method", "ga"], "optimize"),
+        ("dask", ["optimizer", "atlas", "GRID.toml"], "optimize,atlas"),
+        ("numpy", ["haptics", "gravity", "--design", str(BEST), "--at", "0,0,90"], "sim"),
+    ],
+)
+def test_a_command_whose_library_is_missing_names_the_extra_that_has_it(
+    tmp_path: Path, module: str, words: list[str], extras: str
+) -> None:
+    """All but `inspect`, whose proofs are interpreted without the compiler."""
+    (tmp_path / "sitecustomize.py").write_text(WINDOWS.split("for name in")[0].replace('"fcntl"', f'"{module}"'))
+    subprocess.run([sys.executable, "-m", "optimizer", "init", "pocket"], cwd=tmp_path, check=True, capture_output=True)
+    (tmp_path / "GRID.toml").write_text('base = "pocket.toml"\n[axes]\n"feel.friction_max_N" = [0.6, 0.8]\n')
+    room = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
+    done = run(room, tmp_path, "-m", *words)
+    if not extras:
+        assert done.returncode == 0
+        return
+    assert done.returncode != 0
+    assert (
+        f"is not installed: make install, or pip install '.[{extras}]', in a checkout of delta-haptics" in done.stderr
+    )
+    assert "Traceback" not in done.stderr
+
+
+def test_every_extra_that_a_message_names_is_one_of_the_package() -> None:
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    for package, found in _extras().items():
+        assert all(any(one.startswith(package) for one in extras[extra]) for extra in found)
+    assert not_installed("fcl", "cad").count("'.[cad]'") == not_installed("viser", "cad").count("'.[cad,view]'") == 1
