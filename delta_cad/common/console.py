@@ -362,7 +362,7 @@ class ProgressLine:
 
     as_json: ClassVar[bool] = False
     _now: ClassVar[ProgressLine | None] = None
-    _told_s: ClassVar[float] = -math.inf  # when a line was last told where nobody watches
+    _printed_s: ClassVar[float] = -math.inf  # when a line was last told where nobody watches
 
     def __init__(self, until_heard: bool = False, work: str = "") -> None:
         self._until_heard, self._reported = until_heard, False
@@ -457,7 +457,7 @@ class ProgressLine:
         """Time until the line is told again, s."""
         if self._live and not self._until_heard:
             return 1.0
-        since = time.monotonic() - ProgressLine._told_s
+        since = time.monotonic() - ProgressLine._printed_s
         return 1.0 if self._live and self._reported else max(min(FIRST_S, TELL_S), TELL_S - since)
 
     def _tell(self) -> None:
@@ -468,7 +468,7 @@ class ProgressLine:
             if self._live:
                 self._put(f"\r\033[K{_fitting(line)}")
             else:
-                ProgressLine._told_s = time.monotonic()
+                ProgressLine._printed_s = time.monotonic()
                 self._put(f"{line}\n")
 
     def _words(self, now: float) -> str:

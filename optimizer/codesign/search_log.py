@@ -107,9 +107,10 @@ class Phase(NamedTuple):
     total: int = 0
     of: int = 4
 
-    def step(self, words: str, best: str) -> Step:
-        """What is being done, as progress tells it; the best of an eased task is none of the task."""
-        return Step(words, self.name, self.number, self.of, self.done, self.total, best if self.of == 4 else "")
+    def step(self, words: str, log: SearchLog, objective: str, ready: float | None) -> Step:
+        """What is being done, as progress tells it, with `best_so_far`: that of an eased task is none of the task."""
+        best = "" if self.of == NEAREST.of else best_so_far(log, objective, ready)
+        return Step(words, self.name, self.number, self.of, self.done, self.total, best)
 
 
 ESTIMATES = Phase("estimates of motors", 1)

@@ -125,13 +125,13 @@ def test_no_figure_of_an_inspection_is_in_radians(best: Design) -> None:
     assert travel.value == pytest.approx(expected, rel=1e-3)
 
 
-def test_phases_of_a_build_are_told_as_steps_that_never_go_back() -> None:
-    told = list[Step]()
+def test_phases_of_a_build_are_shown_as_steps_that_never_go_back() -> None:
+    shown = list[Step]()
     names = ("loading, checks", "solids", "files")
-    show = in_steps(lambda text: told.append(cast(Step, text)), names)
+    show = in_steps(lambda text: shown.append(cast(Step, text)), names)
     for phase in ("loading the CAD kernel", "solid knob", "Fits", "mesh knob", "drawings", "Clearance"):
         show(phase)
-    assert [(str(one), one.number, one.of) for one in told] == [
+    assert [(str(one), one.number, one.of) for one in shown] == [
         ("loading the CAD kernel", 1, 3),
         ("solid knob", 2, 3),
         ("Fits", 3, 3),
@@ -139,7 +139,7 @@ def test_phases_of_a_build_are_told_as_steps_that_never_go_back() -> None:
         ("drawings", 3, 3),
         ("Clearance", 3, 3),
     ]
-    assert told[0].name == "loading, checks"
+    assert shown[0].name == "loading, checks"
     assert in_steps(print, ()) is print  # a command without steps
 
 

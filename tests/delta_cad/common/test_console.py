@@ -42,9 +42,9 @@ class Screen(io.StringIO):
 
 
 @pytest.fixture(autouse=True)
-def _nothing_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def _nothing_printed(monkeypatch: pytest.MonkeyPatch) -> None:
     """No line of another test keeps these waiting."""
-    monkeypatch.setattr(console.ProgressLine, "_told_s", -math.inf)
+    monkeypatch.setattr(console.ProgressLine, "_printed_s", -math.inf)
 
 
 def test_into_a_pipe_a_long_step_says_where_it_is_now_and_then(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -312,7 +312,7 @@ def test_time_left_of_a_step_follows_from_its_units() -> None:
 
 
 @pytest.mark.usefixtures("kept")
-def test_a_step_is_told_with_its_bar_the_best_so_far_and_the_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_step_is_shown_with_its_bar_the_best_so_far_and_the_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
     seconds = [0.0]
     screen = Screen(True)
     monkeypatch.setattr(sys, "stderr", screen)
@@ -345,7 +345,7 @@ def test_a_line_is_no_wider_than_the_terminal(monkeypatch: pytest.MonkeyPatch) -
         assert screen.getvalue() == "\r\x1b[K    0 s  a step ..."
 
 
-def test_into_a_pipe_findings_wait_for_the_next_line_and_the_newest_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_into_a_pipe_findings_wait_for_the_next_line_and_the_newest_is_printed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stderr", screen := Screen(False))
     with console.ProgressLine() as line:
         line.show("step 1")

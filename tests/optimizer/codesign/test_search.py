@@ -101,13 +101,13 @@ def test_a_machine_is_reported_by_the_ratio_that_small_steps_came_to(monkeypatch
     assert not any("at 5:1" in line for line in reported)
 
 
-def test_a_search_tells_its_step_what_of_it_is_done_and_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_search_reports_its_step_what_of_it_is_done_and_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of two motors: what the parts of both leave, the better refined and built, then the other."""
-    paper, told = Paper({motor: [[PASSED]] for motor in MOTORS[:2]}), list[Step]()
+    paper, reported = Paper({motor: [[PASSED]] for motor in MOTORS[:2]}), list[Step]()
     search = searched(paper, {MOTORS[0]: [84.0], MOTORS[1]: [85.0]}, monkeypatch)
-    search.report = lambda step: told.append(cast(Step, step))
+    search.report = lambda step: reported.append(cast(Step, step))
     assert search.best() is not None
-    found = [(one.number, one.of, one.done, one.total, one.best) for one in told]
+    found = [(one.number, one.of, one.done, one.total, one.best) for one in reported]
     assert found == [
         (2, 4, 0, 2, ""),
         (2, 4, 1, 2, ""),
@@ -137,9 +137,10 @@ def test_the_best_so_far_is_a_machine_that_passed_before_it_is_an_estimate(
 
 
 def test_a_nearest_machine_has_steps_of_its_own_and_no_best_of_an_eased_task() -> None:
-    step = RELAXATIONS._replace(done=1, total=5).step("what kappa costs", "300 mm of cube, built")
+    log = SearchLog(trials=[Trial(Selection(MOTORS[0], "capstan", 5.0, 50.0), 300.0, ())])
+    step = RELAXATIONS._replace(done=1, total=5).step("what kappa costs", log, "cube_side", None)
     assert (str(step), step.number, step.of, step.done, step.total, step.best) == ("what kappa costs", 1, 2, 1, 5, "")
-    assert (NEAREST.step("", "").number, NEAREST.of) == (2, 2)
+    assert (NEAREST.number, NEAREST.of) == (2, 2)
 
 
 def test_what_only_has_to_pass_is_built_at_the_first_ratio_that_does(monkeypatch: pytest.MonkeyPatch) -> None:
