@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import signal
 import sys
 import threading
@@ -276,23 +277,23 @@ class TimeLeft:
             kept = json.loads(_durations().read_text(encoding="utf-8"))[work] if work else {}
             self._last = {str(name): float(at) for name, at in kept.items()} if _END in kept else {}
         self._at: tuple[float, float] | None = None  # a moment of this run, and the last one's time left then
-        self._units: tuple[float, int, int] = 0.0, 0, 0  # where the step began, units done and all
+        self._units: tuple[str, float, int, int] = "", 0.0, 0, 0  # a step, when it began, units done and all
 
     def begins(self, what: str, now_s: float) -> None:
         """Notes that something begins for the first time in this run, s after its start."""
-        if what in self._moments:
+        if what in self._moments or _NUMBER.search(what):  # which the next run hardly has again
             return
         self._moments[what] = now_s
-        self._units = now_s, 0, 0
         if (then := self._last.get(what)) is not None:
             total, pace = self._last[_END], 1.0  # pace: of this run to that one
             if then > max(0.0, _SHARE * total):
                 pace = min(max(now_s / then, 1 / _PACE), _PACE)
             self._at = now_s, pace * (total - then)
 
-    def counts(self, done: int, total: int) -> None:
-        """Notes how many units of the step are done."""
-        self._units = self._units[0], done, total
+    def counts(self, step: str, done: int, total: int, now_s: float) -> None:
+        """Notes how many units of a step are done, s after the run's start."""
+        of, begun, *_ = self._units
+        self._units = step, begun if of == step else now_s, done, total
 
     def left_s(self, now_s: float) -> float | None:
         """Estimates the time left of the whole work, s; None where nothing measured says it."""
@@ -302,7 +303,7 @@ class TimeLeft:
 
     def step_left_s(self, now_s: float) -> float | None:
         """Estimates the time left of the step, s, from its units; None before one is done."""
-        begun, done, total = self._units
+        _, begun, done, total = self._units
         return (now_s - begun) * (total - done) / done if 0 < done < total else None
 
     def forget(self) -> None:
@@ -325,6 +326,7 @@ class TimeLeft:
             part.replace(place)
 
 
+_NUMBER = re.compile(r"\d")
 _WORKS = 20  # whose moments are kept, the last ones
 _END = ""  # name of a run's end among its moments
 _SHARE, _PACE = 0.2, 4.0  # share of a run from which on its pace is measured, and by how much paces may differ
@@ -420,9 +422,8 @@ class ProgressLine:
         if isinstance(text, Step):
             self._step = text
             self.left.begins(text.name, now)
-            self.left.counts(text.done, text.total)
-        else:
-            self.left.begins(text, now)
+            self.left.counts(text.name, text.done, text.total, now)
+        self.left.begins(str(text), now)
         if self.as_json:
             if now - self._event_s >= _EVENT_S or isinstance(text, Step):
                 self._event_s = now
@@ -501,6 +502,6 @@ _EVENT_S = 0.1  # s between two events of one step
 def _fitting(line: str) -> str:
     """A line without what the terminal has no room for: it would go on in a second one, which is not erased."""
     with suppress(OSError, ValueError):
-        most = os.get_terminal_size(sys.stderr.fileno()).columns - 1
-        return line if len(line) <= most else f"{line[: max(0, most - 3)]}..."
+        columns = os.get_terminal_size(sys.stderr.fileno()).columns  # 0: nobody has said
+        return line if not columns or len(line) < columns else f"{line[: max(0, columns - 4)]}..."
     return line

@@ -296,19 +296,22 @@ def test_the_last_works_are_kept(kept: Path) -> None:
     for number in range(console._WORKS + 3):
         one = console.TimeLeft(f"design {number}")
         one.begins("loading", 0.0)
+        one.begins("84.06 mm with a motor", 0.5)  # no other run has it
         one.keep(1.0)
+    assert json.loads(kept.read_text())["design 3"] == {"loading": 0.0, "": 1.0}
     assert next(iter(json.loads(kept.read_text()))) == "design 3"
 
 
 def test_time_left_of_a_step_follows_from_its_units() -> None:
     left = console.TimeLeft("")
-    left.begins("estimates", 10.0)
-    left.counts(0, 8)
+    left.counts("estimates", 0, 8, 10.0)
     assert left.step_left_s(20.0) is None  # no unit is done
-    left.counts(2, 8)
+    left.counts("estimates", 2, 8, 20.0)
     assert left.step_left_s(20.0) == 30.0  # 5 s each, six are left
-    left.begins("parts", 25.0)
+    left.counts("parts", 0, 6, 25.0)
     assert left.step_left_s(26.0) is None
+    left.counts("parts", 1, 6, 28.0)
+    assert left.step_left_s(28.0) == 15.0
 
 
 @pytest.mark.usefixtures("kept")
@@ -335,14 +338,18 @@ def test_a_step_is_shown_with_its_bar_the_best_so_far_and_the_time_left(monkeypa
         assert "estimates [###-------------]; about 7 min left; motor 1" in screen.getvalue()
 
 
-def test_a_line_is_no_wider_than_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("columns", "shown"),
+    [(20, "a step ..."), (32, "a step with many words"), (31, "a step with many w..."), (0, "a step with many words")],
+)
+def test_a_line_is_no_wider_than_the_terminal(monkeypatch: pytest.MonkeyPatch, columns: int, shown: str) -> None:
     monkeypatch.setattr(sys, "stderr", screen := Screen(True))
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(screen, "fileno", lambda: 2)
-    monkeypatch.setattr(os, "get_terminal_size", lambda _: os.terminal_size((20, 24)))
+    monkeypatch.setattr(os, "get_terminal_size", lambda _: os.terminal_size((columns, 24)))
     with console.ProgressLine() as line:
         line.show("a step with many words")
-        assert screen.getvalue() == "\r\x1b[K    0 s  a step ..."
+        assert screen.getvalue() == f"\r\x1b[K    0 s  {shown}"
 
 
 def test_into_a_pipe_findings_wait_for_the_next_line_and_the_newest_is_printed(monkeypatch: pytest.MonkeyPatch) -> None:
