@@ -18,6 +18,7 @@ import pytest
 
 from delta_cad.common.refusal import _extras, not_installed
 from tests.committed import BEST, ROOT
+from tests.terminal import HANGS_S
 
 MACOS = """
 import ctypes, os
@@ -70,7 +71,8 @@ def system(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[str, dict[st
 
 
 def run(room: dict[str, str], folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, *words], cwd=folder, env=room, capture_output=True, text=True)
+    command = [sys.executable, *words]
+    return subprocess.run(command, cwd=folder, env=room, capture_output=True, text=True, timeout=5 * HANGS_S)
 
 
 def test_what_is_hidden_is_hidden(system: tuple[str, dict[str, str]], tmp_path: Path) -> None:
