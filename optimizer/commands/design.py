@@ -134,7 +134,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
             end = "time"
         except KeyboardInterrupt:
             end = "stopped"
-        if end != "done":
+        if end != "done" or clock() > limit_s:
             line.left.forget()
     log, facts = (builder.search.log, builder.facts) if builder else (SearchLog(), {})
     if ends is None:
