@@ -1,6 +1,7 @@
 """The gallery of docs/: pictures and figures of six machines, read off their builds; none is typed.
 
-    python -m scripts.gallery [DIR]   # builds what does not stand in DIR (out) yet, and writes docs/gallery
+    python -m scripts.gallery [DIR]      # builds what does not stand in DIR (out) yet, and writes docs/gallery
+    python -m scripts.gallery --animate  # writes docs/gallery/dashboard-joystick.webp alone: best.json in motion
 
 A build in DIR counts where its manifest has the design's hash. Writes `docs/gallery/NAME.png` (from `views/iso.png`),
 `docs/gallery/figures.json` and, from that alone, the page `docs/gallery/figures.md`.
@@ -13,6 +14,7 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from delta_cad.design import design_hash, load_design
@@ -53,6 +55,8 @@ CHECKS = {
     "first_mode_Hz": "structure first mode",
 }
 WIDTH = 640  # pixels of a picture
+SHOT, MOVING = (820, 820), (480, 480)  # pixels of the picture that moves, as drawn and as written
+STEPS, FRAME_MS, QUALITY = 6, 80, 60  # pictures an edge of the cube; ms of each; of WebP's 100
 
 
 def built(design: Path, out: Path) -> Path:
@@ -136,8 +140,34 @@ def picture(source: Path, target: Path) -> None:
     small.save(target, optimize=True)  # fewer colours would lose those of cube and outline
 
 
+def animate(design: Path, target: Path, steps: int = STEPS) -> None:
+    """Writes a design in motion as an animated WebP: the handle goes along the edges of its cube.
+
+    Args:
+        design: Its file.
+        target: The picture.
+        steps: Pictures an edge, of eight edges.
+    """
+    from PIL import Image
+
+    from delta_cad.commands.pipeline import make_machine
+    from delta_cad.export.views.views import Stage, edge_path, write_motion
+
+    machine = make_machine(load_design(design))
+    cube = machine.dimensions.design.cube
+    stage = Stage((0.0, 0.0), (0.0, 0.0), cube.bottom_height_mm, cube.half_side_mm, cube.centre_x_mm or 0.0)
+    with TemporaryDirectory() as folder:
+        files = write_motion(machine.assembly, machine.meshes, Path(folder), stage, edge_path(stage, steps), SHOT)
+        frames = [Image.open(file).convert("RGB").resize(MOVING, Image.Resampling.LANCZOS) for file in files]
+    first, *rest = frames
+    first.save(target, save_all=True, append_images=rest, duration=FRAME_MS, loop=0, quality=QUALITY, method=6)
+
+
 def main(words: list[str]) -> int:
-    """Writes the gallery."""
+    """Writes the gallery, or the picture that moves."""
+    if words == ["--animate"]:
+        animate(DESIGNS[0], PLACE / f"{load_design(DESIGNS[0]).name}.webp")
+        return 0
     out = Path(words[0] if words else "out").resolve()
     machines = []
     for design in DESIGNS:

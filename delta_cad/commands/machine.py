@@ -17,13 +17,14 @@ from delta_cad.common.console import (
     NOT_BUILT,
     NOT_MET,
     ProgressLine,
+    Step,
     print_result,
     refuse,
     refuse_all,
     refuse_folder,
 )
 from delta_cad.common.files import require_room
-from delta_cad.common.options import CATALOGUE, DESIGN, JSON, OUT_FOLDER, Option
+from delta_cad.common.options import CATALOGUE, DESIGN, JSON, OUT_FOLDER, PROGRESS, Option
 from delta_cad.common.refusal import not_installed
 
 if TYPE_CHECKING:
@@ -31,6 +32,19 @@ if TYPE_CHECKING:
 
 # Imported late, some after a minute of work: that all are there is looked at first.
 _BUILT_WITH = ("cadquery", "trimesh", "fcl", "lxml", "networkx", "jinja2", "ezdxf", "fontTools", "matplotlib")
+# How the names of the phases of each step begin; any other phase is of step `_CHECKS`.
+_PHASES: tuple[tuple[str, ...], ...] = (
+    ("loading",),
+    ("dimensions", "solid ", "masses", "mesh "),
+    (),
+    ("drawings", "meshes", "quotation", "manual", "report.html", "manifest"),
+)
+_CHECKS = 2
+# Command -> names of its steps; other commands have none.
+_STEPS = {
+    "build": ("loading", "solids", "checks and STEP files", "drawings, pictures and report"),
+    "check": ("loading", "solids", "checks"),
+}
 # design, what was typed, what to call with the name of the next phase -> what came of it: passed, folder, record()
 _Work = Callable[["Design", argparse.Namespace, Callable[[str], None]], Any]
 # design, what was typed -> where that is written
@@ -45,7 +59,7 @@ SUGGEST = Option(
     "requirements stay as they are",
 )
 DESIGN_OPTIONS = (DESIGN, CATALOGUE, JSON)
-MACHINE_OPTIONS = (*DESIGN_OPTIONS, OUT_FOLDER)
+MACHINE_OPTIONS = (*DESIGN_OPTIONS, OUT_FOLDER, PROGRESS)
 
 
 def made(
@@ -82,10 +96,12 @@ def made(
         return refuse_folder(given.out, error)
     if absent := [name for name in _BUILT_WITH if find_spec(name) is None]:
         return refuse(not_installed(absent[0], "cad"), NOT_BUILT)
-    with ProgressLine() as line:
-        line.show("loading the CAD kernel")
+    less = (name for name in ("no_drawings", "no_report") if getattr(given, name, False))
+    with ProgressLine(work=" ".join([given.command, *less])) as line:
+        show = in_steps(line.show, _STEPS.get(given.command, ()))
+        show("loading the CAD kernel")
         try:
-            outcome = work(design, given, line.show)
+            outcome = work(design, given, show)
         except KeyboardInterrupt:  # the last clause would load the CAD kernel, again where that was interrupted
             raise
         except ModuleNotFoundError as error:
@@ -99,6 +115,24 @@ def made(
     facts = outcome.record() | {"folder": None if outcome.folder is None else str(outcome.folder)}
     print_result(given, facts, lambda: tell(outcome) if tell else print_outcome(outcome, whole=given.all))
     return DONE if outcome.passed else NOT_MET
+
+
+def in_steps(show: Callable[[str], None], steps: Sequence[str]) -> Callable[[str], None]:
+    """Makes a report of phases one of steps: a step ends where a phase of a later one begins.
+
+    Args:
+        show: Takes the steps.
+        steps: Their names; none: phases are shown as they are.
+    """
+    reached = 0
+
+    def phase(name: str) -> None:
+        nonlocal reached
+        number = next((k for k, begins in enumerate(_PHASES) if begins and name.startswith(begins)), _CHECKS)
+        reached = min(max(reached, number), len(steps) - 1)
+        show(Step(name, steps[reached], reached + 1, len(steps)))
+
+    return phase if steps else show
 
 
 def refuse_hardware(given: argparse.Namespace, design: Design) -> int | None:

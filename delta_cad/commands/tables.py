@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from delta_cad.commands.inspection import InspectionRow
     from delta_cad.commands.pipeline import Outcome
 
+_PAGE = "report.html"
 _FIGURES = 5  # significant digits of a value in a table
 MOST_FIGURES = 10  # that are told first
 FIRST_CHECKED = (
@@ -171,6 +172,8 @@ def print_outcome(outcome: Outcome, whole: bool = False) -> None:
         console.print(f"files in {escape(str(outcome.folder))}{state}", highlight=False, soft_wrap=True)
     if not whole:
         console.print("--all prints every check with its limit", highlight=False)
+    if outcome.folder is not None and (outcome.folder / _PAGE).is_file():
+        console.print(f"open {escape(str(outcome.folder / _PAGE))}", highlight=False, soft_wrap=True)
 
 
 def _headline(outcome: Outcome) -> list[tuple[str, str, str, str]]:

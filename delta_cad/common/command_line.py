@@ -98,6 +98,7 @@ class Program:
                     if note := difference():
                         print(note, file=sys.stderr)
                     getattr(given, "settle", lambda _: None)(given)
+                    ProgressLine.as_json = getattr(given, "progress", "") == "json"
                     with Interrupt(), ProgressLine(until_heard=True) as line:
                         line.show("loading")
                         return given.run(given)

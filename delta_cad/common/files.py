@@ -15,7 +15,6 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import errno
-import fcntl
 import hashlib
 import json
 import os
@@ -25,11 +24,17 @@ import shutil
 import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
-from delta_cad.common.reading import ReadError, read_json
+from delta_cad.common.reading import BINARY, ReadError, read_json
 
+# Absent on Windows: locks, and a descriptor of a folder.
+fcntl: Any = import_module("fcntl") if find_spec("fcntl") else None
+_OPENS_FOLDERS = hasattr(os, "O_DIRECTORY")
+_NO_LOCKS = "note: this system has no file locks: run one command at a time on a folder of results"
 _AT_FDCWD, _RENAME_EXCHANGE = -100, 2  # <fcntl.h> and <linux/fs.h>
 _NO_PLAIN_FILE = "is no plain file"
 # What a system answers when it, or this file system, cannot exchange two names.
@@ -318,27 +323,41 @@ def _write(descriptor: int, content: bytes, start: int) -> None:
     """Writes all bytes from a position of the file on, in as many steps as the system takes."""
     rest = memoryview(content)
     while rest:
-        start += (done := os.pwrite(descriptor, rest, start))
-        rest = rest[done:]
+        if hasattr(os, "pwrite"):
+            done = os.pwrite(descriptor, rest, start)
+        else:  # on Windows
+            os.lseek(descriptor, start, os.SEEK_SET)
+            done = os.write(descriptor, rest)
+        start, rest = start + done, rest[done:]
 
 
 def _sync(path: Path) -> None:
     """Brings a file, or the names in a folder, to the disk."""
-    descriptor = os.open(path, os.O_RDONLY)
+    if (folder := path.is_dir()) and not _OPENS_FOLDERS:
+        return
+    how = os.O_RDONLY if folder or _OPENS_FOLDERS else os.O_RDWR  # Windows syncs what it may write
+    descriptor = os.open(path, how)
     try:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
 
 
+def _opened(path: Path, flags: int) -> int:
+    """Descriptor of a file or folder; of the null device in place of a folder where the system opens none."""
+    if path.is_dir() and not _OPENS_FOLDERS:
+        return os.open(os.devnull, os.O_RDWR)
+    return os.open(path, flags | BINARY, 0o666)
+
+
 def _opened_alone(path: Path) -> int:
     """Descriptor of the file at a path, which holds the lock on it."""
     while True:
-        descriptor = os.open(path, os.O_CREAT | os.O_RDWR, 0o666)
+        descriptor = _opened(path, os.O_CREAT | os.O_RDWR)
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):  # reading a pipe would wait for who writes: for us
             os.close(descriptor)
             raise OSError(errno.EINVAL, _NO_PLAIN_FILE, str(path))
-        if not _lock(descriptor):
+        if lock(descriptor) is False:
             os.close(descriptor)
             raise FileInUseError(errno.EWOULDBLOCK, "another run is writing it", str(path))
         if _is_at(descriptor, path):
@@ -356,32 +375,51 @@ def _own_part(path: Path, flags: int) -> tuple[Path, int]:
         try:
             if not flags & os.O_CREAT:
                 part.mkdir()
-            descriptor = os.open(part, flags, 0o666)
+            descriptor = _opened(part, flags)
         except FileNotFoundError:
             if flags & os.O_CREAT and path.parent.exists():  # one like /proc that takes no files
                 raise
             path.parent.mkdir(parents=True, exist_ok=True)  # a run that only looked for room took it away
             continue  # or another took the part for stale before it was locked
-        if _lock(descriptor) and _is_at(descriptor, part):
+        if lock(descriptor) is not False and _is_at(descriptor, part):
             return part, descriptor
         os.close(descriptor)  # likewise: it is just being cleared away, or is gone
 
 
-def _lock(descriptor: int) -> bool:
-    """Whether nobody else holds the lock; True too where the file system knows none, as nobody can claim it then."""
+def lock(descriptor: int, wait: bool = False) -> bool | None:
+    """Locks an open file or folder until it is closed.
+
+    Args:
+        descriptor: Of the file.
+        wait: Whether to wait until another process gives its lock up.
+
+    Returns:
+        Whether it is locked now; None where the file system, or the system, knows no locks: nobody can claim it then.
+    """
+    if fcntl is None:
+        if not _reported:
+            from delta_cad.common.console import refuse  # no source of compiled code
+
+            _reported.append(_NO_LOCKS)
+            refuse(_NO_LOCKS, 0)
+        return None
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
     except BlockingIOError:
         return False
     except OSError:
-        pass
+        return None
     return True
+
+
+_reported: list[str] = []
+"""That there are no locks, once it was said: one line a process."""
 
 
 def _is_at(descriptor: int, path: Path) -> bool:
     """Whether the open file is still the one at the path."""
     try:
-        return os.path.samestat(os.fstat(descriptor), path.stat())
+        return not (_OPENS_FOLDERS or path.is_file()) or os.path.samestat(os.fstat(descriptor), path.stat())
     except FileNotFoundError:
         return False
 
@@ -392,10 +430,10 @@ def _clear_stale(path: Path) -> None:
     for part in path.parent.iterdir():
         if own.fullmatch(part.name):
             with contextlib.suppress(OSError):  # locked by a run that lives, or gone meanwhile, or no locks here
-                descriptor = os.open(part, os.O_RDONLY)
+                descriptor = _opened(part, os.O_RDONLY)
                 try:
-                    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    shutil.rmtree(part) if part.is_dir() else part.unlink()
+                    if lock(descriptor):
+                        shutil.rmtree(part) if part.is_dir() else part.unlink()
                 finally:
                     os.close(descriptor)
 
@@ -406,11 +444,10 @@ def _locked_parent(path: Path) -> Iterator[None]:
     while True:
         path.parent.mkdir(parents=True, exist_ok=True)
         with contextlib.suppress(FileNotFoundError):  # a run that only looked for room took it away in between
-            descriptor = os.open(path.parent, os.O_RDONLY)
+            descriptor = _opened(path.parent, os.O_RDONLY)
             break
     try:
-        with contextlib.suppress(OSError):  # a file system without locks
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        lock(descriptor, wait=True)
         yield
     finally:
         os.close(descriptor)
@@ -446,8 +483,8 @@ def _put_in_place(part: Path, target: Path) -> None:
 
 def _exchange(a: Path, b: Path) -> bool:
     """Exchanges two names in one step; False where the system cannot."""
-    renameat2 = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
-    if renameat2 is None:
+    library = None if os.name == "nt" else ctypes.CDLL(None, use_errno=True)
+    if (renameat2 := getattr(library, "renameat2", None)) is None:
         return False
     if renameat2(_AT_FDCWD, os.fsencode(a), _AT_FDCWD, os.fsencode(b), _RENAME_EXCHANGE) == 0:
         return True

@@ -141,6 +141,12 @@ MASS_PROPERTIES = Option(
 )
 CALIBRATION = Option("--calibration", type=Path, metavar="FILE", help="calibration.json of this device")
 JSON = Option("--json", action="store_true", help="print the results as JSON on stdout")
+PROGRESS = Option(
+    "--progress",
+    choices=("text", "json"),
+    default="text",
+    help="how progress is told on stderr: a line for people, or one JSON object a line; default: text",
+)
 OUT_FOLDER = Option("--out", type=Path, default=OUT, metavar="DIR", help=f"parent folder of results; default: {OUT}")
 SEED = Option("--seed", type=whole(0), default=0, metavar="N", help="random seed; default: 0")
 

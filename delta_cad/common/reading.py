@@ -17,6 +17,8 @@ from typing import Any, NoReturn
 
 from delta_cad.common.refusal import RefusedError, not_finite, short
 
+BINARY = getattr(os, "O_BINARY", 0)  # Windows otherwise reads and writes other line ends
+_AT_ONCE = getattr(os, "O_NONBLOCK", 0)
 MOST_BYTES = 64_000_000  # largest file that is looked at; the files that we write have less than a tenth of it
 MOST_TOML_BYTES = 1_000_000  # what people write by hand has a thousandth of it
 _PIECE = 1_000_000  # bytes read at a time
@@ -60,7 +62,7 @@ def read_bounded(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
         ReadError: It cannot be read or is larger, or is a pipe that nobody opens to write.
     """
     try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # that of a pipe would wait for who writes
+        descriptor = os.open(path, os.O_RDONLY | _AT_ONCE | BINARY)  # that of a pipe would wait for who writes
         try:
             content = _content(descriptor, most_bytes + 1, path.name)
         finally:
@@ -78,18 +80,20 @@ def _content(descriptor: int, most_bytes: int, name: str) -> bytes:
     """Reads up to a number of bytes of an open file, whatever its kind."""
     pipe, deadline = stat.S_ISFIFO(os.fstat(descriptor).st_mode), time.monotonic() + NOBODY_S
     pieces, left = [], most_bytes
-    came = select.poll()
-    came.register(descriptor, select.POLLIN)
+    came: Any = select.poll() if _AT_ONCE else None  # where all reading waits, as on Windows, nothing is looked for
+    if came is not None:
+        came.register(descriptor, select.POLLIN)
     while left:
         try:
             piece = os.read(descriptor, min(left, _PIECE))
         except BlockingIOError:  # somebody has it open and is yet to write
+            assert came is not None
             came.poll()
             continue
         if piece:
             pieces.append(piece)
             left -= len(piece)
-        elif not pipe or came.poll(0):  # a pipe says so if somebody had it open and has closed it
+        elif not pipe or came is None or came.poll(0):  # a pipe says so if somebody had it open and has closed it
             break
         elif time.monotonic() > deadline:
             raise ReadError(name, "", "", "is a pipe that nobody writes into; must be a file, or a pipe with a writer")

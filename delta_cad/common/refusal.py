@@ -9,6 +9,7 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from typing import Any
 
 _PREFIX = 3  # letters from which on the beginning of a name stands for it
@@ -65,10 +66,28 @@ def not_installed(packages: str, extra: str) -> str:
     """Says that packages are missing and how the checkout installs them: no package index has this project.
 
     Args:
-        packages: Their names.
-        extra: Extra of this project's package that has them.
+        packages: Their names, or that of a module of one.
+        extra: Extra of this project's package that the command needs; the one that has the package is added.
     """
+    has = _extras().get(_PACKAGES.get(packages.partition(".")[0], packages).lower(), [extra])
+    extra = extra if set(has) & set(extra.split(",")) else f"{extra},{has[0]}"
     return f"{packages} is not installed: make install, or pip install '.[{extra}]', in a checkout of delta-haptics"
+
+
+_PACKAGES = {"OCP": "cadquery", "vtkmodules": "cadquery", "fcl": "python-fcl"}
+"""Module -> package, where their names differ."""
+
+
+def _extras() -> dict[str, list[str]]:
+    """Reads package -> extras that have it off this project's metadata."""
+    from importlib.metadata import PackageNotFoundError, requires
+
+    found: dict[str, list[str]] = {}
+    with suppress(PackageNotFoundError):  # run from a folder that was not installed
+        for line in requires("delta-haptics") or ():
+            if one := re.match(r"([\w.-]+).*extra == ['\"](\w+)", line):
+                found.setdefault(one[1].lower(), []).append(one[2])
+    return found
 
 
 class RefusedError(ValueError):

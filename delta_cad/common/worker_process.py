@@ -98,7 +98,7 @@ class WorkerProcess:
 
 def work(module: str, low_priority: bool) -> None:
     """Loads what the work needs, takes the order and sends the results, or what was raised: the other part."""
-    if low_priority:
+    if low_priority and hasattr(os, "nice"):  # not on Windows
         os.nice(LOW_PRIORITY)
     channel, sys.stdout = sys.stdout.buffer, sys.stderr  # what a library prints is no result
     try:

@@ -125,8 +125,10 @@ def udp_socket(host: str, allow_remote: bool) -> socket.socket:
 
 def _opened(path: str) -> int:
     """A terminal device, raw, at 2 Mbaud."""
-    import termios
-
+    try:
+        import termios
+    except ModuleNotFoundError:
+        raise ValueError(f"{path}: this system has no POSIX serial lines; on Windows run in WSL") from None
     line = os.open(path, os.O_RDWR | os.O_NOCTTY)
     if not os.isatty(line):
         os.close(line)

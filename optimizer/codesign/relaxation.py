@@ -13,7 +13,7 @@ from optimizer.codesign.corrections import Corrections
 from optimizer.codesign.hardware import WIDTHS, Selection, drives, motor_of, ratios_of
 from optimizer.codesign.lengths import CONVERGED, ENOUGH, best_lengths
 from optimizer.codesign.search import Search
-from optimizer.codesign.search_log import SearchLog
+from optimizer.codesign.search_log import RELAXATIONS, SearchLog
 from optimizer.problem.brief import DesignBrief
 from optimizer.search.clock import OutOfTimeError
 
@@ -105,7 +105,8 @@ def minimal_relaxations(search: Search) -> list[Relaxation]:
     only = [(_CLEARANCE,)] if beyond else groups
     found: list[Relaxation] = []
     with suppress(OutOfTimeError):
-        for fields in only:
+        for number, fields in enumerate(only):
+            search.phase = RELAXATIONS._replace(done=number, total=len(only))
             found += [one for one in (_relaxation(search, fields, hardware),) if one is not None]
         if not found and len(groups) > 1:
             found += [one for one in (_together(search, groups, hardware),) if one is not None]

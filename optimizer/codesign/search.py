@@ -13,6 +13,7 @@ from delta_cad.design import Design, DesignError, design_hash
 from delta_cad.dimensions import DimensionError
 from delta_cad.mechanism import MechanismError
 from delta_cad.solids.primitive import BuildError
+from optimizer.codesign import search_log
 from optimizer.codesign.bound import excluded, impossible
 from optimizer.codesign.candidate import (
     Candidate,
@@ -25,12 +26,7 @@ from optimizer.codesign.candidate import (
     weigh,
     with_gravity_torque,
 )
-from optimizer.codesign.corrections import (
-    Corrections,
-    MassEstimate,
-    RaisedLimits,
-    reference,
-)
+from optimizer.codesign.corrections import Corrections, MassEstimate, RaisedLimits, reference
 from optimizer.codesign.hardware import (
     SMALL,
     Selection,
@@ -52,7 +48,7 @@ from optimizer.codesign.lengths import (
     tied_by_mass,
     worth_placing,
 )
-from optimizer.codesign.search_log import SearchLog, Trial, unmemoized, worded
+from optimizer.codesign.search_log import Phase, SearchLog, Trial, unmemoized, worded
 from optimizer.codesign.updates import (
     COUPLE_STEP,
     ELBOW_STEP_DEG,
@@ -120,6 +116,7 @@ class Search:
         finely: Whether ratio, pinion and width are improved before a machine is built, beyond what passes.
         ready: A candidate that closed forms and its weights pass, which is built where the time is short.
         symmetric: Hardware with placed chains -> the three-fold symmetric candidate before, and what was known of it.
+        phase: Where the search is.
     """
 
     brief: DesignBrief
@@ -139,6 +136,7 @@ class Search:
     finely: bool = True
     ready: Candidate | None = None
     symmetric: dict[tuple[str, str], tuple[Candidate, Corrections]] = field(default_factory=dict)
+    phase: Phase = search_log.ESTIMATES
 
     def begin(self, step: str) -> None:
         """Reports a step, or ends what goes on where there is no time for it.
@@ -148,7 +146,7 @@ class Search:
             HalfTimeError: Half of it is over, and of the candidates that could be built none is.
         """
         self._require_time()
-        self.report(step)
+        self.report(self.phase.step(step, self.log, self.brief.objective, self.ready and self.ready.score))
 
     def _require_time(self) -> None:
         if self.stop():
@@ -313,6 +311,7 @@ class Search:
             promised = self.dearer * (score + HOPE * abs(score))
             if best is not None and (number >= MOTORS or promised <= best[0].score):
                 break
+            self.phase = search_log.REFINEMENT
             refined = self._refined_in_time(choice)
             if refined is not None and (best is None or self.dearer * refined.score > best[0].score):
                 best = self._built_or_symmetric(refined, -np.inf if best is None else best[0].score) or best
@@ -361,9 +360,10 @@ class Search:
             return
         found: list[tuple[float, Selection]] = []
         rest = sorted(self._rough(), key=lambda one: -one[0])
-        for score, choice in rest[:RANKED]:
+        for number, (score, choice) in enumerate(rest[:RANKED]):
             if found and (self.hurried() or score + HOPE * abs(score) <= max(one for one, _ in found)):
                 break
+            self.phase = search_log.PARTS._replace(done=number, total=min(RANKED, number + len(rest)))
             self.begin(f"what the parts of {choice.motor} leave")
             del rest[0]
             if (fixed_point := self._fixed_point_near(choice, weighing=False)) is None:
@@ -386,7 +386,9 @@ class Search:
         failed: list[Selection] = []
         known: Lengths | None = None  # of another motor: a place to begin from
         entries = cheapest(self.brief) if self.brief.objective == "cost" else {}
-        for motor, drive in sorted(drives(self.brief), key=lambda one: unlikely(self.brief, one)):
+        offered = sorted(drives(self.brief), key=lambda one: unlikely(self.brief, one))
+        for number, (motor, drive) in enumerate(offered):
+            self.phase = search_log.ESTIMATES._replace(done=number, total=len(offered))
             if found and self.hurried():
                 break
             ratios = first_ratios(self.brief, drive)
@@ -424,10 +426,8 @@ class Search:
         """The best lengths of a choice, of parts that nobody looked at; None where there are none."""
         self.log.candidates += 1
         self.begin(f"estimating {choice.motor} at {choice.ratio:g}:1, {choice.width_mm:g} mm wide")
-        corrections = self.corrections.get((choice.motor, choice.drive)) or first_corrections(
-            self.brief, choice, self.first
-        )
-        return self._lengths(choice, corrections, start_mm, 1)
+        known = self.corrections.get((choice.motor, choice.drive))
+        return self._lengths(choice, known or first_corrections(self.brief, choice, self.first), start_mm, 1)
 
     def refined(self, choice: Selection, again: bool = False, start: Lengths | None = None) -> Candidate | None:
         """Improves ratio and width of a choice, one after the other, as far as closed forms tell, then the placement.
@@ -566,6 +566,7 @@ class Search:
                 return None
             choice = candidate.choice
             named = f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1"
+            self.phase = search_log.BUILDING if self.finely else search_log.NEAREST
             self.begin(f"{named}: what moves")
             outcome = None
             try:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 from delta_cad.checks.report import CheckResult
-from delta_cad.common.console import CUT_SHORT, DONE, NOT_MET
+from delta_cad.common.console import CUT_SHORT, DONE, NOT_MET, Step
 from delta_cad.design import Design
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.hardware import Selection
@@ -96,6 +96,46 @@ def worded(objective: str, score: float) -> str:
     words = {"cube_side": f"{score:.2f} mm of cube", "cost": f"{-score:.0f} EUR"}
     words["effective_mass"] = f"{-score:.4g} kg felt"
     return words.get(objective, f"{-score:.2f} mm of width and depth")
+
+
+class Phase(NamedTuple):
+    """Where a search is: its step, and how much of that is done."""
+
+    name: str
+    number: int
+    done: int = 0
+    total: int = 0
+    of: int = 4
+
+    def step(self, words: str, log: SearchLog, objective: str, ready: float | None) -> Step:
+        """What is being done, as progress tells it, with `best_so_far`: that of an eased task is none of the task."""
+        best = "" if self.of == NEAREST.of else best_so_far(log, objective, ready)
+        return Step(words, self.name, self.number, self.of, self.done, self.total, best)
+
+
+ESTIMATES = Phase("estimates of motors", 1)
+PARTS = Phase("parts of the likeliest motors", 2)
+REFINEMENT = Phase("ratio, lengths, placement", 3)
+BUILDING = Phase("checks and files of a machine", 4)
+# Where no machine does all that is required.
+RELAXATIONS = Phase("limits whose change suffices", 1, of=2)
+NEAREST = Phase("nearest machine", 2, of=2)
+
+
+def best_so_far(log: SearchLog, objective: str, ready: float | None) -> str:
+    """Says what a search has come to: its best machine, else a candidate, else an estimate; "" before that.
+
+    Args:
+        log: Its history.
+        objective: What is sought.
+        ready: Score of the candidate that closed forms and its masses pass; None: none.
+    """
+    passed = [trial.score for trial in log.trials if trial.failed == ()]
+    if passed:
+        return f"{worded(objective, max(passed))}, built"
+    if ready is not None:
+        return f"{worded(objective, ready)} by closed forms"
+    return f"about {worded(objective, max(trial.score for trial in log.trials))}" if log.trials else ""
 
 
 class Verdict(Enum):

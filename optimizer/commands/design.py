@@ -25,6 +25,7 @@ from delta_cad.common.options import (
     OUT,
     OUT_FOLDER,
     POSITIVE,
+    PROGRESS,
     REQUIREMENTS,
     REQUIREMENTS_CATALOGUE,
     SEED,
@@ -56,6 +57,7 @@ OPTIONS = (
     ),
     Option("--resume", action="store_true", help="continue a run that was stopped, or whose time was over, in DIR"),
     REQUIREMENTS_CATALOGUE,
+    PROGRESS,
     JSON,
 )
 
@@ -102,6 +104,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     from delta_cad.common.worker_process import WorkerProcess
     from delta_cad.mechanism.proof import beforehand
     from optimizer.codesign.search_log import SearchLog, Verdict
+    from optimizer.problem.brief import brief_hash
     from optimizer.search.clock import OutOfTimeError
 
     clock, limit_s = _clock(), 60.0 * given.minutes
@@ -109,8 +112,10 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
     ends: Verdict | None = None
     end: End = "done"
     eased, near = list[str](), dict[str, Any]()
-    with ProgressLine() as line:
+    with ProgressLine(work=f"design {brief_hash(brief)[:16]}") as line:
         line.show("loading the CAD kernel")
+        if given.resume:
+            line.left.forget()
         try:
             with WorkerProcess(beforehand.__name__, low_priority=True) as compiling:
                 compiling.send(None)
@@ -122,11 +127,15 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
                 builder.search.best()
                 if not builder.facts:  # the verdict is known now; the nearest machine takes longer
                     ends = _judged(given, builder.search.log, end, {})
+                    known = "not possible as stated" if ends is Verdict.INFEASIBLE else "no machine found"
+                    _say(given, f"{known}; looking for limits whose change makes one possible")
                     nearest_machine(run, builder.search, lambda text: _say(given, text), eased, near)
         except OutOfTimeError:
             end = "time"
         except KeyboardInterrupt:
             end = "stopped"
+        if end != "done" or clock() > limit_s:
+            line.left.forget()
     log, facts = (builder.search.log, builder.facts) if builder else (SearchLog(), {})
     if ends is None:
         ends = _judged(given, log, end, facts)
@@ -142,6 +151,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
         if ends is Verdict.INFEASIBLE:
             record["contradiction"] = eased or log.reasons
         print(json.dumps(record | {"verdict": str(ends), "left": log.left}, indent=1))
+    ProgressLine.event("end", code=ends.code, folder=(facts or near).get("folder"))
     return ends.code
 
 
@@ -167,9 +177,11 @@ def _judged(given: argparse.Namespace, log: SearchLog, end: End, facts: dict[str
     if facts:
         left = f"not looked at to the end: {', '.join(log.left)}"
         page = (Path(facts["folder"]) / "design.md").read_text(encoding="utf-8")
-        lines += [left] * open_ + ([] if given.json else page.splitlines()) + [f"files in {facts['folder']}"]
+        opens = f"open {Path(facts['folder']) / 'report.html'}"
+        lines += [left] * open_ + ([] if given.json else page.splitlines()) + [f"files in {facts['folder']}", opens]
     else:
         lines += log.reasons
+    ProgressLine.event("verdict", verdict=str(ends), text=first)
     for line in [] if given.json and facts and ends.code != CUT_SHORT else lines:
         _say(given, line)
     return ends
@@ -182,5 +194,6 @@ def _command(given: argparse.Namespace, seed: int, resume: bool) -> str:
     words += ["--seed", str(seed)] if seed else []
     words += [] if given.minutes == MINUTES else ["--minutes", f"{given.minutes:g}"]
     words += [] if given.catalogue is None else ["--catalogue", quote(str(given.catalogue))]
+    words += ["--progress", given.progress] if given.progress != "text" else []
     words += ["--json"] if given.json else []
     return " ".join([*words, *(["--resume"] if resume else [])])

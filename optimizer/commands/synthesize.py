@@ -18,12 +18,14 @@ from delta_cad.common.console import (
     NOT_MET,
     ProgressLine,
     Request,
+    Step,
     refuse,
     refuse_all,
 )
 from delta_cad.common.options import (
     JSON,
     POSITIVE,
+    PROGRESS,
     REQUIREMENTS,
     REQUIREMENTS_CATALOGUE,
     SEED,
@@ -88,6 +90,7 @@ OPTIONS = (
     REQUIREMENTS_CATALOGUE,
     proof_minutes("of a step's proof"),
     Option("--no-proof", action="store_true", help="skip the bound beside the result of ga, sqp, ga+sqp"),
+    PROGRESS,
     JSON,
     Option("--resume", action="store_true", help="continue an interrupted run beside FILE"),
 )
@@ -265,15 +268,19 @@ def _bound(result: Result, unit: str) -> str:
     return f"proved: none {word} {proof.bound:.6g}{unit}{where}, gap {proof.gap:.1e}, {proof.boxes:,} boxes; "
 
 
-def _status(at: Progress) -> str:
+def _status(at: Progress) -> Step:
+    """What a run is doing, as progress tells it: of the paper's three steps, whichever are run."""
     what = "kappa" if at.step == 3 else "half side"
+    best = "" if math.isnan(at.best) else f"{what} {at.best:.5g}"
+    units = (at.done, at.total) if at.phase in ("ga", "sqp") else (0, 0)
     if at.phase == "conflict":
-        return f"step {at.step} found no feasible design: searching what contradicts what"
-    if at.certifying:
-        return f"step {at.step} proof {at.done:,} boxes: certifying a design, {at.certifying:,} boxes of its cube"
-    if at.phase == "proof" and at.done == 0 and math.isnan(at.best):
-        return f"step {at.step} proof: loading; compiles for some 20 s when it runs for the first time"
-    best = "none feasible yet" if math.isnan(at.best) else f"{what} {at.best:.5g}"
-    if at.phase == "proof":
-        return f"step {at.step} proof {at.done:,} boxes: {best}, bound {at.bound:.6g}"
-    return f"step {at.step} {at.phase} {at.done}/{at.total}: {best}"
+        words = "no feasible design found: searching what contradicts what"
+    elif at.certifying:
+        words = f"{at.done:,} boxes: certifying a design, {at.certifying:,} boxes of its cube"
+    elif at.phase == "proof" and at.done == 0 and not best:
+        words = "loading; compiles for some 20 s when it runs for the first time"
+    elif at.phase == "proof":
+        words = f"{at.done:,} boxes: bound {at.bound:.6g}"
+    else:
+        words = "" if best else "none feasible yet"
+    return Step(words, at.phase, at.step, 3, *units, best)

@@ -182,7 +182,8 @@ def _deaf(start: Callable[[], LocalCluster]) -> LocalCluster:
     came: SimpleQueue[LocalCluster | Exception] = SimpleQueue()
 
     def work() -> None:
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        if hasattr(signal, "pthread_sigmask"):  # not on Windows
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             came.put(start())
         except Exception as error:
@@ -199,7 +200,7 @@ def _end(cluster: LocalCluster) -> None:
     """Ends the processes of a cluster whose rows are taken or given up; asked, a busy one would answer in seconds."""
     for nanny in cluster.workers.values():
         with suppress(OSError):
-            os.kill(nanny.pid, signal.SIGKILL)
+            os.kill(nanny.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
 
 
 @contextmanager
@@ -253,5 +254,5 @@ def _quiet() -> Iterator[None]:
 
 
 def workers_here() -> int:
-    """Counts the processes that this machine has cores for."""
-    return len(os.sched_getaffinity(0))
+    """Counts the processes that this machine has cores for; those that this process may use, where the system says."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

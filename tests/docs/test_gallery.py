@@ -30,6 +30,17 @@ def test_figures_and_picture_are_of_the_design_that_stands_there(design: Path) -
     assert picture.stat().st_size < 150_000
 
 
+def test_the_picture_that_moves_is_small_and_goes_along_every_edge() -> None:
+    from PIL import Image
+
+    file = gallery.PLACE / f"{MACHINES[0]['name']}.webp"
+    assert file.stat().st_size < 600_000
+    with Image.open(file) as picture:
+        assert (picture.format, picture.size, picture.n_frames) == ("WEBP", gallery.MOVING, 8 * gallery.STEPS)  # pyright: ignore[reportAttributeAccessIssue]
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert readme.index(f"](docs/gallery/{file.name})") < readme.index("```")  # no block of code before it
+
+
 def test_the_committed_machine_has_the_figures_of_its_build(committed: Built) -> None:
     """But for its clearance, which takes a whole build: `make slow` has that of all five."""
     wording = {key: value for key, value in MACHINES[0].items() if key != "clearance_mm"}

@@ -12,7 +12,6 @@ These classes are private to numba: only releases of `SERIES` in this package's 
 
 from __future__ import annotations
 
-import fcntl
 import math
 import operator
 import os
@@ -180,6 +179,8 @@ class _Cache(FunctionCache):
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keeps a function if that can be; the lock, since numba gives two processes at once the same file name."""
+        from delta_cad.common.files import lock  # compiled code comes from nothing that it imports
+
         place = folder()
         assert place is not None
         if not as_started():
@@ -189,9 +190,8 @@ class _Cache(FunctionCache):
                 place.mkdir(parents=True, exist_ok=True)
                 throw_away_old(place)
             os.makedirs(self.cache_path, exist_ok=True)
-            with open(place / "lock", "w") as lock:
-                with suppress(OSError):  # a file system without locks
-                    fcntl.flock(lock, fcntl.LOCK_EX)
+            with open(place / "lock", "w") as file:
+                lock(file.fileno(), wait=True)
                 super().save_overload(sig, data)
         except OSError as error:
             not_kept(f"{place}: {error.strerror}")

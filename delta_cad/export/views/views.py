@@ -89,6 +89,68 @@ def write_views(assembly: Assembly, meshes: Meshes, directory: Path, stage: Stag
     return paths
 
 
+def write_motion(
+    assembly: Assembly, meshes: Meshes, directory: Path, stage: Stage, positions_mm: np.ndarray, size: tuple[int, int]
+) -> list[Path]:
+    """Draws the machine at positions one after the other, from one fixed camera, with its cube.
+
+    Args:
+        assembly: The machine.
+        meshes: Part number -> mesh in mm.
+        directory: Folder to write into, made if missing.
+        stage: Its cube.
+        positions_mm: (n, 3) of the platform's centre, within reach.
+        size: Width and height of a picture, pixels.
+
+    Returns:
+        The files, 000.png and on.
+
+    Raises:
+        PictureError: There is no OpenGL.
+        UnreachableError: A position cannot be reached.
+    """
+    directory.mkdir(parents=True, exist_ok=True)
+    window, cube, paths = render_window(size), box_actor(*stage.cube(), CUBE_COLOUR), list[Path]()
+
+    def at(p_mm: np.ndarray) -> PartScene:
+        poses = assembly.poses(p_mm)
+        return PartScene(
+            [placed(meshes[o.part.number], poses[o.name], o.part.material.colour) for o in assembly.occurrences]
+        )
+
+    try:
+        seen = np.concatenate([at(p_mm).points_mm for p_mm in _box(*stage.cube())])  # nothing is farther out
+        for number, p_mm in enumerate(positions_mm):
+            scene = at(p_mm)
+            scene.renderer.AddActor(cube)
+            sheet = Sheet(scene.renderer, ISO, size, seen)
+            words = f"handle along the edges of its cube workspace of {2 * stage.cube_half_side_mm:.4g} mm"
+            sheet.caption(assembly.name, words)
+            paths.append(directory / f"{number:03d}.png")
+            photograph(window, [sheet.scene, sheet.finish()], paths[-1])
+    finally:
+        window.Finalize()
+    return paths
+
+
+def edge_path(stage: Stage, steps: int) -> np.ndarray:
+    """Gives a closed path along eight edges of the cube that passes each corner once, slow at the corners.
+
+    Args:
+        stage: With the cube.
+        steps: Positions on an edge.
+
+    Returns:
+        (8 steps, 3) positions, mm; the first is a corner of the bottom.
+    """
+    low, high = stage.cube()
+    turns = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (1, 1, 1), (1, 0, 1), (0, 0, 1)])
+    corners = low + turns * (high - low)
+    along = (1.0 - np.cos(np.pi * np.arange(steps) / steps)) / 2.0
+    ways = np.roll(corners, -1, axis=0) - corners
+    return (corners[:, None] + along[None, :, None] * ways[:, None]).reshape(-1, 3)
+
+
 class _Studio:
     """A window, and the machine at home before it."""
 

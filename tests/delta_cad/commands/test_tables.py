@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -11,7 +13,10 @@ import pytest
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands import pipeline, tables
 from delta_cad.commands.inspection import inspection
+from delta_cad.commands.machine import in_steps
 from delta_cad.commands.pipeline import Outcome
+from delta_cad.commands.tables import print_outcome
+from delta_cad.common.console import Step
 from delta_cad.design import Design
 from delta_cad.mechanism.statics import singular_values
 
@@ -118,3 +123,37 @@ def test_no_figure_of_an_inspection_is_in_radians(best: Design) -> None:
     at = np.array(travel.at_mm) / 1000.0
     expected = 1000.0 * math.radians(1.0) * singular_values(best.geometry, at).max()
     assert travel.value == pytest.approx(expected, rel=1e-3)
+
+
+def test_phases_of_a_build_are_shown_as_steps_that_never_go_back() -> None:
+    shown = list[Step]()
+    names = ("loading, checks", "solids", "files")
+    show = in_steps(lambda text: shown.append(cast(Step, text)), names)
+    for phase in ("loading the CAD kernel", "solid knob", "Fits", "mesh knob", "drawings", "Clearance"):
+        show(phase)
+    assert [(str(one), one.number, one.of) for one in shown] == [
+        ("loading the CAD kernel", 1, 3),
+        ("solid knob", 2, 3),
+        ("Fits", 3, 3),
+        ("mesh knob", 3, 3),
+        ("drawings", 3, 3),
+        ("Clearance", 3, 3),
+    ]
+    assert shown[0].name == "loading, checks"
+    assert in_steps(print, ()) is print  # a command without steps
+
+
+def test_the_last_line_is_the_page_to_open(best: Design, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    outcome = Outcome(
+        best,
+        [CheckResult("lean", True, 0.4, 0.5, "deg")],
+        {"total_mass_kg": 1.0, "moving_mass_kg": 0.1},
+        tmp_path,
+        (),
+        None,
+    )
+    print_outcome(outcome)
+    assert "open " not in capsys.readouterr().out  # it was left out
+    (tmp_path / "report.html").touch()
+    print_outcome(outcome)
+    assert capsys.readouterr().out.splitlines()[-1] == f"open {tmp_path / 'report.html'}"

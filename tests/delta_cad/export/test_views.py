@@ -21,7 +21,16 @@ from delta_cad.export.views import views as views_module
 from delta_cad.export.views.explode import chain_of
 from delta_cad.export.views.scene import PartScene, PictureError, placed, render_window
 from delta_cad.export.views.sheet import Sheet, box_actor
-from delta_cad.export.views.views import CUBE_COLOUR, ENVELOPE_COLOUR, SIZE, VIEWS, Stage, write_views
+from delta_cad.export.views.views import (
+    CUBE_COLOUR,
+    ENVELOPE_COLOUR,
+    SIZE,
+    VIEWS,
+    Stage,
+    edge_path,
+    write_motion,
+    write_views,
+)
 from delta_cad.mechanism import UnreachableError
 from tests.committed import ROOT
 from tests.delta_cad.export.machine import make_assembly
@@ -220,3 +229,28 @@ def test_frames_of_the_stage() -> None:
     low, high = Stage((220.0, 270.0), (10.0, -5.0), 0.0, 1.0).envelope(-60.0)
     np.testing.assert_allclose([low, high], [[-100.0, -140.0, -60.0], [120.0, 130.0, -60.0]])
     assert make_assembly().home_mm[2] > 0
+
+
+def test_the_path_along_the_edges_is_closed_and_passes_each_corner_once() -> None:
+    low, high = (stage := Stage((0.0, 0.0), (0.0, 0.0), 60.0, 30.0, 5.0)).cube()
+    path = edge_path(stage, 6)
+    assert path.shape == (48, 3)
+    at_end = np.isclose(path, low) | np.isclose(path, high)
+    assert (at_end.sum(axis=1) >= 2).all()  # on an edge
+    corners = path[at_end.all(axis=1)]
+    assert len(corners) == len({tuple(corner) for corner in corners.round(6)}) == 8
+    steps = np.linalg.norm(np.diff(path, axis=0, append=path[:1]), axis=1)
+    assert steps.max() < 60.0 * np.pi / 2 / 6 * 1.01  # of a cosine, at most its steepest
+    assert steps.reshape(8, 6).sum(axis=1) == pytest.approx(60.0)  # one edge after the other
+
+
+def test_the_machine_moves_before_a_camera_that_stands(machine: Assembly, meshes: MeshLibrary, tmp_path: Path) -> None:
+    """The cube's blue lines stay where they are; twice the same position gives the same bytes."""
+    x, y, z = machine.home_mm
+    positions = np.array([(x, y, z), (x, y, z + 5.0), (x, y, z)])
+    stage = Stage((0.0, 0.0), (0.0, 0.0), z - 5.0, 5.0)
+    paths = write_motion(machine, meshes, tmp_path, stage, positions, (320, 240))
+    assert [path.name for path in paths] == ["000.png", "001.png", "002.png"]
+    first, second, third = (path.read_bytes() for path in paths)
+    assert first == third
+    assert first != second

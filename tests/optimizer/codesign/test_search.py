@@ -10,6 +10,7 @@ from typing import Any, cast
 import pytest
 
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.console import Step
 from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions.joint import force_most_N
 from delta_cad.mechanism import UnreachableError
@@ -22,7 +23,7 @@ from optimizer.codesign.corrections import Corrections, reference
 from optimizer.codesign.hardware import SMALL, Selection, motor_of, neighbours
 from optimizer.codesign.lengths import Found
 from optimizer.codesign.search import LEAST_SIDE_MM, Search
-from optimizer.codesign.search_log import Verdict, verdict
+from optimizer.codesign.search_log import NEAREST, RELAXATIONS, SearchLog, Trial, Verdict, best_so_far, verdict
 from optimizer.codesign.updates import NoProgressError
 from optimizer.problem.brief import DesignBrief, brief_from_dict
 from optimizer.search.clock import HalfTimeError, OutOfTimeError
@@ -98,6 +99,48 @@ def test_a_machine_is_reported_by_the_ratio_that_small_steps_came_to(monkeypatch
     assert search.best() is not None
     assert f"83.00 mm with {MOTORS[0]} at 4.86:1 passes every check" in reported
     assert not any("at 5:1" in line for line in reported)
+
+
+def test_a_search_reports_its_step_what_of_it_is_done_and_the_best_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two motors: what the parts of both leave, the better refined and built, then the other."""
+    paper, reported = Paper({motor: [[PASSED]] for motor in MOTORS[:2]}), list[Step]()
+    search = searched(paper, {MOTORS[0]: [84.0], MOTORS[1]: [85.0]}, monkeypatch)
+    search.report = lambda step: reported.append(cast(Step, step))
+    assert search.best() is not None
+    found = [(one.number, one.of, one.done, one.total, one.best) for one in reported]
+    assert found == [
+        (2, 4, 0, 2, ""),
+        (2, 4, 1, 2, ""),
+        (4, 4, 0, 0, ""),
+        (4, 4, 0, 0, ""),
+        (4, 4, 0, 0, "84.00 mm of cube, built"),
+        (4, 4, 0, 0, "84.00 mm of cube, built"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("objective", "scores", "ready", "words"),
+    [
+        ("cube_side", [], None, ""),
+        ("cube_side", [(80.0, None), (84.0, None)], None, "about 84.00 mm of cube"),
+        ("cube_side", [(90.0, None)], 84.0, "84.00 mm of cube by closed forms"),
+        ("cube_side", [(90.0, None), (85.0, ("clearance",)), (83.0, ()), (82.0, ())], 84.0, "83.00 mm of cube, built"),
+        ("cost", [(-900.0, ()), (-850.0, ())], None, "850 EUR, built"),
+    ],
+)
+def test_the_best_so_far_is_a_machine_that_passed_before_it_is_an_estimate(
+    objective: str, scores: list[tuple[float, tuple[str, ...] | None]], ready: float | None, words: str
+) -> None:
+    choice = Selection(MOTORS[0], "capstan", 5.0, 50.0)
+    log = SearchLog(trials=[Trial(choice, score, failed) for score, failed in scores])
+    assert best_so_far(log, objective, ready) == words
+
+
+def test_a_nearest_machine_has_steps_of_its_own_and_no_best_of_an_eased_task() -> None:
+    log = SearchLog(trials=[Trial(Selection(MOTORS[0], "capstan", 5.0, 50.0), 300.0, ())])
+    step = RELAXATIONS._replace(done=1, total=5).step("what kappa costs", log, "cube_side", None)
+    assert (str(step), step.number, step.of, step.done, step.total, step.best) == ("what kappa costs", 1, 2, 1, 5, "")
+    assert (NEAREST.number, NEAREST.of) == (2, 2)
 
 
 def test_what_only_has_to_pass_is_built_at_the_first_ratio_that_does(monkeypatch: pytest.MonkeyPatch) -> None:

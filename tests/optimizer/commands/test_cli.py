@@ -190,11 +190,11 @@ def test_ctrl_c_leaves_the_best_so_far_and_resume_ends_as_an_unbroken_run(
 ) -> None:
     whole, reported = done
     out = tmp_path / "best.json"
-    shown = []
+    shown = list[int]()
 
-    def show(_line: object, at: object) -> None:
-        shown.append(at)
-        if len(shown) > 1 and [str(text)[:6] for text in shown].count("step 2") == 2:
+    def show(_line: object, at: str) -> None:
+        shown.append(at.number if isinstance(at, console.Step) else 0)
+        if shown.count(2) == 2:
             os.kill(os.getpid(), signal.SIGINT)
 
     command = ["synthesize", JOYSTICK, "--seed", "1", "--json", *SMALL, "--out", out]
@@ -254,7 +254,7 @@ def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "optimizer", "synthesize", str(JOYSTICK), "--method", "sqp", "--steps", "1"]
     code, shown = shown_on_a_terminal([*command, "--out", str(tmp_path / "b.json")])
     assert code == 0
-    assert b"step 1 sqp 6/6: half side 68.301" in shown
+    assert b"step 1 of 3, sqp [################] 6 of 6; best so far half side 68.301" in shown
     assert shown.endswith(b"\r\x1b[K")
 
 

@@ -141,7 +141,7 @@ def test_stopped_by_hand_the_best_machine_stays(
     said = capsys.readouterr().out.splitlines()
     assert said[0].startswith("stopped: ")
     assert said[1] == f"python -m optimizer design {file} --out {out} --resume"
-    assert said[-1] == f"files in {out / 'synthesized'}"
+    assert said[-2:] == [f"files in {out / 'synthesized'}", f"open {out / 'synthesized' / 'report.html'}"]
     assert (tmp_path / "out/synthesized/design.json").exists()
 
 
@@ -308,7 +308,8 @@ def test_the_verdict_is_printed_before_the_nearest_machine_is_searched(
     monkeypatch.setattr(relaxation, "minimal_relaxations", minimal_relaxations)
     assert call(file, "--out", tmp_path / "out") == 1
     assert said[0].startswith("infeasible: task.toml: ")
-    assert said[1:] == ["force_N must be at most 20 N"]
+    known = "not possible as stated; looking for limits whose change makes one possible"
+    assert said[1:] == ["force_N must be at most 20 N", known]
     after = capsys.readouterr().out.splitlines()
     assert [line.endswith(f"design {file} --out {tmp_path / 'out'} --resume") for line in after] == [True] * stopped
     assert bool(list((tmp_path / "out").glob("*.jsonl"))) is stopped
