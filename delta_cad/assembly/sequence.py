@@ -26,7 +26,7 @@ from delta_cad.dimensions.forearm import TUBE_ADHESIVE
 from delta_cad.dimensions.joint import CLEARANCE_MM, CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.leads import SENSOR_MM, STRAIGHT_MM
 from delta_cad.dimensions.panel import TEMPLATE
-from delta_cad.dimensions.platform import FACTOR, WRIST_MARK
+from delta_cad.dimensions.platform import BENCH_HOLE, FACTOR, WRIST_MARK
 from delta_cad.dimensions.rules import tenths_above
 from delta_cad.dimensions.sizes import largest_force_N
 from delta_cad.dimensions.tolerances import LIP_ROOM_MM, PREDRILLED_MM, END_TORQUE_N_m
@@ -129,6 +129,7 @@ def _values(d: Dimensions) -> dict[str, Any]:
         "template": TEMPLATE,
         "melt_C": _MELT_C,
         "wrist_mark": WRIST_MARK,
+        "mount_drill_mm": catalogue.screw(BENCH_HOLE).clearance_hole_mm,
         "stand_N": FACTOR * largest_force_N(d.design.requirements),
     }
     if d.sensed_at_shoulder:

@@ -135,8 +135,10 @@ def mounts(d: Dimensions) -> tuple[Consumable, ...]:
     """Lists what holds the base down and the boot on its stem."""
     found = []
     if d.is_screwed_down and d.bench is None:
-        through = d.base.thickness_mm + d.sleeve_mm
-        text = f"screw {MOUNT_SCREW} through the base plate, {through:g} mm and what it stands on long"
+        into = d.base.thickness_mm + d.sleeve_mm
+        text = (
+            f"screw {MOUNT_SCREW} from below into the base plate, as long as what it stands on and {into:g} mm at most"
+        )
         row = ordered(catalogue.screw(MOUNT_SCREW))
         found.append(Consumable("mount_screw", text, len(d.base.mounts_mm), "", 0.0, **row))
     if d.panel is not None:

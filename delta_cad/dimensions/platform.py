@@ -121,9 +121,9 @@ class BaseDimensions:
         window_mm: Diameter of the holes that lighten it, between the chains; 0 where there is no room.
         foot_circle_mm: Diameter on which the rubber feet stand.
         between_rad: Azimuths of the feet, half-way between the chains.
-        mount_circle_mm: Diameter on which the mounting holes are, beside the feet.
-        mount_spread_rad: Angle between a mounting hole and the foot beside it.
-        mount_hole_mm: Diameter of these.
+        mount_circle_mm: Diameter on which the mounting threads are, beside the feet; motors stand over some of them.
+        mount_spread_rad: Angle between a mounting thread and the foot beside it.
+        mount_hole_mm: Diameter of the sleeves' bores under them.
     """
 
     radius_mm: float
@@ -145,7 +145,7 @@ class BaseDimensions:
 
     @property
     def mounts_mm(self) -> list[tuple[float, float]]:
-        """(x, y) of the mounting holes, one on either side of each foot."""
+        """(x, y) of the mounting threads, one on either side of each foot; screws come from below."""
         radius, spread = self.mount_circle_mm / 2, self.mount_spread_rad
         return [at for sign in (-1, 1) for at in self._between_chains(radius, sign * spread)]
 

@@ -65,7 +65,7 @@ def base_plate(d: Dimensions) -> float:
     sunk = cyl(m4.counterbore_diameter_mm, m4.counterbore_depth_mm)
     bores = 6 * (sunk + cyl(m4.clearance_hole_mm, t - m4.counterbore_depth_mm)) + 6 * cyl(3.0, t)
     bores += cyl(b.centre_hole_mm, t)
-    bores += 6 * cyl(b.mount_hole_mm, t) + 3 * cyl(b.window_mm, t)
+    bores += 6 * cyl(catalogue.screw("M5").tap_drill_mm, t) + 3 * cyl(b.window_mm, t)
     if not b.rim_mm:
         return cyl(2 * b.radius_mm, t) - 2 * broken(2 * b.radius_mm, 1.0) - bores
     turns = np.linspace(0.0, 2.0 * pi, 3601)

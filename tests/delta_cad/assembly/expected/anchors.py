@@ -38,9 +38,8 @@ def expected_anchors(d: Dimensions) -> tuple[Anchor, ...]:
     thread = catalogue.screw(p.stem_thread).tap_drill_mm
     found = [Anchor("platform", thread, (0.0, 0.0, 0.0), UPRIGHT, AXIS_MM)]
     middle = d.base.top_mm - d.base.thickness_mm / 2
-    found += [
-        Anchor("base_plate", d.base.mount_hole_mm, (x, y, middle), UPRIGHT, MOUNT_MM) for x, y in d.base.mounts_mm
-    ]
+    mount = catalogue.screw("M5").tap_drill_mm
+    found += [Anchor("base_plate", mount, (x, y, middle), UPRIGHT, MOUNT_MM) for x, y in d.base.mounts_mm]
     for i in CHAINS:
         for j, inwards in zip(SIDES, (1.0, -1.0), strict=True):
             for k, (x, up) in enumerate(zip(f.eyes_x_mm, (-1.0, 1.0), strict=True)):
