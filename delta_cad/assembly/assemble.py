@@ -173,7 +173,7 @@ def _board(builder: AssemblyBuilder, i: int) -> None:
     size = board_screw(d.encoder)
     row = catalogue.screw(size)
     gap, clear = layers.encoder_head_mm[0] - front, row.clearance_hole_mm
-    spacer = builder.once("board_spacer", lambda: bought_parts.make_spacer(clear, gap))
+    spacer = builder.once("board_spacer", bought_parts.make_spacer, clear, gap)
     thread, drilled = brackets.board_thread_mm(d)
     into = thread if drilled else thread - 2.0
     screw = builder.screw(size, longest(size, front - back + gap + into))

@@ -14,9 +14,10 @@ from delta_cad.checks.dfm.bores import Finding, at, bores, depths, odd_sizes, ru
 from delta_cad.checks.dfm.lines import FAR_MM, Lines, face_points
 from delta_cad.checks.dfm.setups import setups
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.memoize import cached
 from delta_cad.common.vectors import cross
 from delta_cad.dimensions.rules import THREAD_WALL_MM
-from delta_cad.solids.part import Bore, Part
+from delta_cad.solids.part import Bore, Part, part_digest
 
 # Walls that stand the cut, and faces that a tool sees.
 _LEAST_WALL_MM = 0.5  # of metal and hard plastic: thinner ones give way before the cutter
@@ -167,7 +168,11 @@ def check_dfm(parts: Iterable[Part]) -> list[CheckResult]:
         One result a rule, named `dfm ...`, with the worst figure of all parts.
     """
     made = [part for part in parts if part.make]
-    return [_result(rule, [finding for part in made for finding in rule.find(part)], len(made)) for rule in RULES]
+    return [_result(rule, [finding for part in made for finding in _found(rule, part)], len(made)) for rule in RULES]
+
+
+def _found(rule: _Rule, part: Part) -> list[Finding]:
+    return cached("dfm", (rule.name, part_digest(part)), lambda: list(rule.find(part)))
 
 
 def _result(rule: _Rule, findings: list[Finding], parts: int) -> CheckResult:
