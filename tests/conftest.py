@@ -16,6 +16,7 @@ import pytest
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.common import console
+from delta_cad.common.options import CACHE_OFF
 from delta_cad.design import Design, design_from_dict, design_hash, load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from tests.benchmarks.processor_cost import Costs
@@ -24,6 +25,7 @@ from tests.designs import placed
 
 # A shell without job control starts what runs in its background deaf to Ctrl-C, and so all that tests start from there.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+os.environ[CACHE_OFF] = "1"  # tests plant faults in code, of which a result that is kept knows nothing
 console.FIRST_S = console.TELL_S = 3600.0  # what else a command says is looked at, however slow the machine is
 console._durations = lambda: Path(os.devnull)  # a test's works are no basis of a user's estimates
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from delta_cad import catalogue
 from delta_cad.assembly.machine import PathSegment
+from delta_cad.common.memoize import cached, cached_by_reads
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import DOWEL_MM
 from delta_cad.dimensions.rules import require
@@ -175,16 +176,20 @@ class AssemblyBuilder:
         self._progress = progress
         self._parts: dict[str, Part] = {}
 
-    def once(self, key: str, make: Callable[[], Part]) -> Part:
-        """Makes the part of a key the first time it is asked for."""
+    def once(self, key: str, make: Callable[..., Part], *of: object) -> Part:
+        """Makes the part of a key, by a function of what it is made of alone, the first time it is asked for."""
+        named = f"{make.__module__}.{make.__qualname__}", of
+        return self._once(key, lambda: cached("part", named, lambda: make(*of)))
+
+    def made(self, make: Callable[..., Part], number: str = "", *others: object) -> Part:
+        """Makes the part that a function `make_<number>` makes of the dimensions, and of `others`."""
+        return self._once(number or make.__name__.removeprefix("make_"), lambda: cached_by_reads(make, self.d, *others))
+
+    def _once(self, key: str, make: Callable[[], Part]) -> Part:
         if key not in self._parts:
             self._progress(key)
             self._parts[key] = make()
         return self._parts[key]
-
-    def made(self, make: Callable[[Dimensions], Part]) -> Part:
-        """Makes the part that a function `make_<number>` of the dimensions makes."""
-        return self.once(make.__name__.removeprefix("make_"), lambda: make(self.d))
 
     def screw(self, size: str, length: float) -> Part:
         """Gives the cap screw of a size and a length."""
@@ -192,11 +197,11 @@ class AssemblyBuilder:
 
     def cap_screw(self, row: catalogue.Screw, length: float) -> Part:
         """Gives the cap screw of a row of the catalogue and a length."""
-        return self.once(f"screw_{row.id}x{length:g}", lambda: bought_parts.make_cap_screw(row, length))
+        return self.once(f"screw_{row.id}x{length:g}", bought_parts.make_cap_screw, row, length)
 
     def dowel(self, key: str, length: float) -> Part:
         """Gives the dowel of a diameter and a length."""
-        return self.once(f"dowel_{key}x{length:g}", lambda: bought_parts.make_dowel(key, length))
+        return self.once(f"dowel_{key}x{length:g}", bought_parts.make_dowel, key, length)
 
     def put(
         self,

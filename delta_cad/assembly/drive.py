@@ -100,7 +100,7 @@ def place_capstan(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> Non
     builder.put(pinion, builder.made(capstan.make_pinion), pinion, np.eye(4))
     builder.connect(motor, pressed(pinion, SHAFT_ENGAGEMENT_MM, "pinion on the motor's shaft"))
     length = longest_set_screw(SET_SCREW, c.collar_radius_mm - d.motor.shaft_diameter_mm / 2)
-    grub = builder.once("set_screw", lambda: bought_parts.make_set_screw(SET_SCREW, length))
+    grub = builder.once("set_screw", bought_parts.make_set_screw, SET_SCREW, length)
     flat = catalogue.set_screw(SET_SCREW).tap_drill_mm - bought_parts.CORE_PLAY_MM
     tip = Connection(motor, "set screw's tip on the motor's shaft", "tip", 0.9 * flat, SEATED_MM, guides=False)
     held, screws = bolted(pinion, 2.0, "set screw in the pinion's collar"), _motor_screws(builder, i)
@@ -204,9 +204,7 @@ def _tensioner(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> None:
     block = builder.made(capstan.make_tension_carriage)
     builder.put(carriage, block, arm, carriage_frame(c), held, path=IN, frame=sector)
     row = catalogue.screw(TENSION_SCREW)
-    tension = builder.once(
-        "tension_screw", lambda: bought_parts.make_tension_screw(TENSION_SCREW, TENSION_SCREW_LENGTH_MM)
-    )
+    tension = builder.once("tension_screw", bought_parts.make_tension_screw, TENSION_SCREW, TENSION_SCREW_LENGTH_MM)
     builder.put(
         f"tension_screw_{i}",
         tension,
@@ -252,16 +250,16 @@ def _cable(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> None:
             c.rim_angles_rad[end] - (c.direction_rad - d.home_rad + sense * run.tangent_rad)
         )
         on_rim = wound(sector, 0.97 * on_rim_mm, "cable on the rim")
-        part = builder.once(f"cable_{side}", lambda end=end: capstan.make_cable(d, end))
+        part = builder.made(capstan.make_cable, f"cable_{side}", end)
         builder.put(rim, part, link, np.eye(4), on_rim, onward(free))
         held = [wound(f"crimp_sleeve_{i}_{end}", 0.9 * CRIMP_MM[1], "cable crimped in its sleeve", FIT_MM)]
         if not end:
             nose = (c.nose_radius_mm + c.cable_diameter_mm / 2) * c.turns_rad[0]
             held.append(wound(sector, 0.97 * nose, "cable round the nose"))
-        part = builder.once(f"cable_{side}_end", lambda end=end: capstan.make_cable_end(d, end))
+        part = builder.made(capstan.make_cable_end, f"cable_{side}_end", end)
         builder.put(beyond, part, link, np.eye(4), *held, onward(rim))
         builder.piece(rim, beyond)
-        part = builder.once(f"strand_{side}", lambda end=end: capstan.make_strand(d, end))
+        part = builder.made(capstan.make_strand, f"strand_{side}", end)
         builder.put(free, part, "base", shoulder, onward(turns))
         builder.gap(rim, turns, 0.2, "cable on the rim beside that on the pinion, 0.46 mm by design")
         builder.gap(rim, pinion, 0.6, "cable on the rim beside the pinion")

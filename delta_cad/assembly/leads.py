@@ -23,14 +23,14 @@ def place_leads(builder: AssemblyBuilder, i: int) -> None:
     u, z = b.motor_axis_mm
     back = d.layers.motor_face_mm + d.motor.length_mm
     for leads in d.leads:
-        part = builder.once(leads.number, lambda leads=leads: make_lead(leads))
+        part = builder.once(leads.number, make_lead, leads)
         on = _flat(f"motor_{i}", pi / 4.0 * leads.diameter_mm**2, "lead on its motor")
         for k, x in enumerate(leads.across_mm):
             placed = d.stand(i) @ at(u - leads.inside_mm, back, z) @ UPRIGHT @ at(x)
             builder.put(f"{leads.number}_{i}_{k}", part, "base", placed, on)
     if (s := d.sensor_lead) is not None:
         shoulder, cheek, clip = d.stand(i) @ at(b.shoulder_u_mm), f"encoder_cheek_{i}", f"{CLIP}_{i}"
-        part = builder.once(SENSOR, lambda: make_sensor_lead(s))
+        part = builder.once(SENSOR, make_sensor_lead, s)
         plug = _flat(f"encoder_board_{i}", PLUGGED_MM[0] * PLUGGED_MM[1], "plug in the board's header")
         tied = Connection(clip, "lead in its tie", "cylinder", SHARE * TIE_MM[0], SEATED_MM)
         builder.put(f"{SENSOR}_{i}", part, "base", shoulder @ at(*s.plug_mm), plug, tied)

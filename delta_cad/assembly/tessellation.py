@@ -26,7 +26,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from delta_cad.solids.part import Part
+from delta_cad.common.memoize import cached
+from delta_cad.solids.part import Part, solid_digest
 
 if TYPE_CHECKING:
     import cadquery as cq
@@ -125,7 +126,9 @@ class MeshLibrary:
         """
         if number not in self._meshes:
             try:
-                self._meshes[number] = tessellate(self._parts[number].solid, self.linear_mm, self.angular_rad)
+                solid, fine = self._parts[number].solid, (self.linear_mm, self.angular_rad)
+                made = cached("mesh", (solid_digest(solid), fine), lambda: tessellate(solid, *fine))
+                self._meshes[number] = made
             except ValueError as error:
                 from delta_cad.solids.primitive import BuildError  # loads the CAD kernel, which made the solid
 

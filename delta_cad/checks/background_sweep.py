@@ -13,6 +13,7 @@ from delta_cad.checks.clearance.clearance import PROVING, MeshClearance, Near, m
 from delta_cad.checks.limits import CheckLimits
 from delta_cad.checks.outline.envelope import check_envelope
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.memoize import cached
 from delta_cad.common.worker_process import WorkerProcess
 
 LOADS = ("fcl", "scipy.spatial")
@@ -23,9 +24,12 @@ _Outlined = tuple[list[CheckResult], np.ndarray | None]
 def results(order: _Order, progress: Callable[[str], None] = lambda _: None) -> Iterator[Any]:
     """Computes the results of `check_envelope`, then those of `mesh_clearance` where they are not known."""
     assembly, limits, meshes, mapped, known = order
+    of = assembly, limits, {part.number: meshes[part.number] for part in assembly.parts}
     progress("outline")
-    yield check_envelope(assembly, limits, meshes)
-    yield known or mesh_clearance(assembly, limits, meshes, progress, mapped=mapped)
+    yield cached("outline", of, lambda: check_envelope(assembly, limits, meshes))
+    yield known or cached(
+        "clearance", (of, mapped), lambda: mesh_clearance(assembly, limits, meshes, progress, mapped=mapped)
+    )
 
 
 class Sweep:

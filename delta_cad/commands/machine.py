@@ -24,7 +24,7 @@ from delta_cad.common.console import (
     refuse_folder,
 )
 from delta_cad.common.files import require_room
-from delta_cad.common.options import CATALOGUE, DESIGN, JSON, OUT_FOLDER, PROGRESS, Option
+from delta_cad.common.options import CATALOGUE, DESIGN, JSON, NO_CACHE, OUT_FOLDER, PROGRESS, Option
 from delta_cad.common.refusal import not_installed
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ SUGGEST = Option(
     "requirements stay as they are",
 )
 DESIGN_OPTIONS = (DESIGN, CATALOGUE, JSON)
-MACHINE_OPTIONS = (*DESIGN_OPTIONS, OUT_FOLDER, PROGRESS)
+MACHINE_OPTIONS = (*DESIGN_OPTIONS, OUT_FOLDER, NO_CACHE, PROGRESS)
 
 
 def made(

@@ -28,6 +28,7 @@ from delta_cad.checks.range.ranges import check_ranges
 from delta_cad.checks.registry import CheckedMachine, run_checks
 from delta_cad.checks.report import CheckResult, all_passed
 from delta_cad.checks.structure import check_structure
+from delta_cad.common.memoize import cached
 from delta_cad.common.worker_process import WorkerProcess
 from delta_cad.design import Design, design_hash, design_to_json
 from delta_cad.dimensions import Dimensions, dimensions
@@ -51,6 +52,7 @@ from delta_cad.mechanism.limits import Lean, Limits, Shoulder
 from delta_cad.report.manual import page as manual
 from delta_cad.report.page import write_report
 from delta_cad.report.subject import Subject
+from delta_cad.solids.part import Part, part_digest
 from delta_cad.structure.report import structure_record, structure_report
 
 if TYPE_CHECKING:
@@ -333,22 +335,35 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: _Prog
         The content fingerprint of `assembly.step`.
     """
     from delta_cad.assembly.printing import print_mesh
-    from delta_cad.export.drawings.part.controlled import controlled
+    from delta_cad.export.drawings.part.controlled import Controlled, controlled
     from delta_cad.export.meshes import write_3mf
     from delta_cad.export.shop.jigs import jig_rows
     from delta_cad.export.step import write_assembly_step, write_part_step  # load the CAD kernel
 
     d, assembly = machine.dimensions, machine.assembly
     progress("assembly.step")
-    fingerprint = write_assembly_step(assembly, folder / "assembly.step", schema, d.design.drawn_revision)
+    whole, revision = folder / "assembly.step", d.design.drawn_revision
+
+    def written() -> tuple[bytes, str]:
+        fingerprint = write_assembly_step(assembly, whole, schema, revision)
+        return whole.read_bytes(), fingerprint
+
+    solids = [part_digest(part) for part in assembly.parts]
+    content, fingerprint = cached("assembly step", (assembly.without_solids(), solids, schema, revision), written)
+    whole.write_bytes(content)
     parts = folder / "parts"
     parts.mkdir(exist_ok=True)  # another process writes meshes there
     general, held = general_class(d), controlled(d)
     for part in assembly.parts:
         if part.make:
             progress(f"parts/{part.number}")
-            own = held.get(part.number)
-            write_part_step(part, parts / f"{part.number}.step", schema, general, own, d.design.drawn_revision)
+            path, tolerances = parts / f"{part.number}.step", held.get(part.number)
+
+            def step(part: Part = part, path: Path = path, tolerances: Controlled | None = tolerances) -> bytes:
+                write_part_step(part, path, schema, general, tolerances, revision)
+                return path.read_bytes()
+
+            path.write_bytes(cached("part step", (part_digest(part), schema, general, tolerances, revision), step))
         if part.make and part.material.process:
             write_3mf(print_mesh(part), parts / f"{part.number}.3mf", part.number, part.description, part.material.name)
     progress("tables")

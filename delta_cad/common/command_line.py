@@ -124,6 +124,7 @@ def run_program(commands: str) -> NoReturn:
     Args:
         commands: Module with `main() -> exit code`.
     """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
     open_streams()
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
     try:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import sys
 from collections.abc import Callable, Iterable
 from contextlib import suppress
@@ -16,6 +17,8 @@ from typing import Any, TypeVar
 T = TypeVar("T")
 OUT = Path("out")
 _DEFAULT_DESIGN = Path("best.json")  # of the current folder
+CACHE_OFF = "DELTA_CAD_NO_CACHE"
+"""Environment variable that, where it is set, keeps results off the disk; worker processes inherit it."""
 POSITIVE = math.nextafter(0.0, 1.0)
 MOST_PORT = 65535
 
@@ -148,6 +151,21 @@ PROGRESS = Option(
     help="how progress is told on stderr: a line for people, or one JSON object a line; default: text",
 )
 OUT_FOLDER = Option("--out", type=Path, default=OUT, metavar="DIR", help=f"parent folder of results; default: {OUT}")
+
+
+class _CacheOff(argparse.Action):
+    """Keeps results off the disk in this process and in those that it starts."""
+
+    def __call__(self, _parser: object, _given: object, _values: object, _option: object = None) -> None:
+        os.environ[CACHE_OFF] = "1"
+
+
+NO_CACHE = Option(
+    "--no-cache",
+    action=_CacheOff,
+    nargs=0,
+    help="neither read nor keep solids, meshes, common volumes, lines and STEP files on disk; results are the same",
+)
 SEED = Option("--seed", type=whole(0), default=0, metavar="N", help="random seed; default: 0")
 
 

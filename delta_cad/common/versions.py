@@ -39,7 +39,7 @@ def series(version: str) -> tuple[str, ...]:
     return tuple(version.split(".")[:_SAME])
 
 
-def _installed() -> dict[str, str]:
+def installed() -> dict[str, str]:
     """Reads name -> version off the metadata folders on Python's path, whose names are standardised; in 1 ms."""
     found: dict[str, str] = {}
     for place in sys.path:
@@ -56,7 +56,7 @@ def _installed() -> dict[str, str]:
 
 def difference() -> str:
     """States in one line which installed packages are of another series than the tested ones; "" for none."""
-    here = _installed()
+    here = installed()
     other = [
         f"{name} {here[name]} (tested: {version})"
         for name, version in TESTED.items()

@@ -47,6 +47,7 @@ _PRINTED_FOOT_MM = 4.3, 9.45, 16.38
 _FOOT_INSIDE_MM = 12.0  # least distance of its inner end from the base's centre: room for the neighbours' and a hole
 PLATE_RIM_MM = 4.0  # base plate beyond the feet
 HEIGHTS = 33  # of a motor at which the room beside it is looked at
+_ROUND = np.array([(cos(pi * k / (HEIGHTS - 1)), sin(pi * k / (HEIGHTS - 1))) for k in range(HEIGHTS)]).T[..., None]
 HALVINGS = 50  # of the range in which the base lies: to rounding
 _ROUNDING_MM = 1e-9
 KEY_SLOT_MM, _KEY_SLOT_WALL_MM = 3.0, 1.0  # for the key of the pinion's set screws; to the motor screws' counterbores
@@ -168,17 +169,14 @@ def _next_to_mm(
         leg_mm: How far the leg reaches aside.
         gaps: Of the chains.
     """
-    found = -inf
-    across = [gap for gap in gaps if gap.cosine < 0.0]
-    for k in range(HEIGHTS):
-        off = radius_mm * cos(pi * k / (HEIGHTS - 1))
-        height = min(axis_mm[1] + off, -_CLEAR_MM)
-        wide = radius_mm * sin(pi * k / (HEIGHTS - 1))
-        for gap in across:
-            off = gap.sine * leg_mm + _CLEAR_MM / 2 - axis_mm[0] + wide - gap.out_mm
-            edge = off / -gap.cosine - gap.next_out_mm
-            found = max(found, inner_mm + (edge - inner_mm) * base_top_mm / height)
-    return found
+    across = [(gap.sine, gap.cosine, gap.out_mm, gap.next_out_mm) for gap in gaps if gap.cosine < 0.0]
+    if not across:
+        return -inf
+    (sine, cosine, out, next_out), (up, wide) = np.array(across).T, radius_mm * _ROUND
+    height = np.minimum(axis_mm[1] + up, -_CLEAR_MM)
+    off = sine * leg_mm + _CLEAR_MM / 2 - axis_mm[0] + wide - out
+    edge = off / -cosine - next_out
+    return float((inner_mm + (edge - inner_mm) * base_top_mm / height).max())
 
 
 def _leg_room_mm(arm: ArmDimensions, stop_rad: float, head_mm: float, foot_mm: float, base_top_mm: float) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
-from math import cos, hypot, sin, sqrt
+from math import cos, hypot, inf, sin, sqrt
 from typing import Protocol
 
 import numpy as np
@@ -17,6 +17,7 @@ _DIRECTIONS = 180  # in which a hull's arcs are looked at: to 5 um of a circle o
 _NORMALS = np.array([f(np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False)) for f in (np.cos, np.sin)])
 Points = tuple[np.ndarray, np.ndarray]
 """(n, 3) middles of balls that lie within a solid, and their radii (n)."""
+_FIRST = 32  # points of many that are held against a hull first
 TOGETHER = 8  # points of a row that are looked at by one ball first
 _FAR_MM = 24.0  # more than the largest ball and what is looked at around it: beyond, a bound will do
 
@@ -42,18 +43,26 @@ class Prism:
 
     def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
-        across, y = self.across_mm(points), points[:, 1]
+        return self._distance(self.across_mm(points), points[:, 1])
+
+    def lower_bound(self, points: np.ndarray) -> np.ndarray:
+        """Bounds `signed_distance` of points (n, 3) from below by a box around the hull, (n)."""
+        return self._distance(self._across_box(points), points[:, 1])
+
+    def _distance(self, across: np.ndarray, y: np.ndarray) -> np.ndarray:
         along = np.maximum(self.y_mm[0] - y, y - self.y_mm[1])
         return np.maximum(_adjacent(across, y, self.y_mm), _bevelled(across, along, self.bevel_mm))
 
+    def _across_box(self, points: np.ndarray) -> np.ndarray:
+        (east, north, west, south), (x, _, z) = self._outline[1][: _DIRECTIONS : _DIRECTIONS // 4], points.T
+        return np.maximum(np.maximum(x - east, -x - west), np.maximum(z - north, -z - south))
+
     def across_mm(self, points: np.ndarray) -> np.ndarray:
         """Computes how far points (n, 3) are off the outline, in its plane, (n)."""
-        flat, (normals, support) = points[:, [0, 2]], self._outline
-        (east, north, west, south), (x, z) = support[: _DIRECTIONS : _DIRECTIONS // 4], flat.T
-        across = np.maximum(np.maximum(x - east, -x - west), np.maximum(z - north, -z - south))  # off a box around it
+        across, (normals, support) = self._across_box(points), self._outline
         near = _adjacent(across, points[:, 1], self.y_mm) < _FAR_MM
         if near.any():
-            across[near] = (flat[near] @ normals - support).max(axis=1)
+            across[near] = (points[near][:, [0, 2]] @ normals - support).max(axis=1)
         return across
 
     @cached_property
@@ -191,6 +200,25 @@ def union_distance(shapes: Sequence[Shape], points: np.ndarray) -> np.ndarray:
     """Computes the signed distance of points (..., 3) to the union of several shapes, (...)."""
     flat = points.reshape(-1, 3)
     return np.min([shape.signed_distance(flat) for shape in shapes], axis=0).reshape(points.shape[:-1])
+
+
+def least_distance(shapes: Sequence[Shape], points: np.ndarray) -> float:
+    """Computes the least signed distance of points (..., 3) to the union of several shapes.
+
+    It is that of `union_distance`: of a hull only points that a box around it leaves below the least so far are looked
+    at, the nearest to the box first.
+    """
+    flat, least = points.reshape(-1, 3), inf
+    for shape in shapes:
+        left = flat
+        if isinstance(shape, Prism) and len(flat) > _FIRST:
+            bound = shape.lower_bound(flat)
+            first = np.argpartition(bound, _FIRST)[:_FIRST]
+            least = min(least, float(shape.signed_distance(flat[first]).min()))
+            left = flat[bound < least]
+        if len(left):
+            least = min(least, float(shape.signed_distance(left).min()))
+    return least
 
 
 def collides(shapes: Sequence[Shape], rows: np.ndarray, radius_mm: float) -> np.ndarray:

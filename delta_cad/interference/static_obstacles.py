@@ -21,7 +21,7 @@ from delta_cad.dimensions.layers import (
     motor_screw_mm,
 )
 from delta_cad.interference.moving_bodies import arm_shapes, sector_points
-from delta_cad.interference.shapes import Block, Placed, Prism, Round, Shape, collides, union_distance
+from delta_cad.interference.shapes import Block, Placed, Prism, Round, Shape, collides, least_distance, union_distance
 from delta_cad.mechanism.inverse import inverse_kinematics
 from delta_cad.mechanism.placement import CHAINS
 
@@ -128,7 +128,7 @@ def pinion_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
     """Computes the distance of a pinion to the static obstacles of another chain."""
     points = np.concatenate([_on_round(one) for one in pinion(c, d)])
     stands = [*cheeks(d), motor(d)]
-    return min(float(union_distance(stands, _seen_from(d, points, j, i)).min()) for i, j in _adjacent(d))
+    return min(least_distance(stands, _seen_from(d, points, j, i)) for i, j in _adjacent(d))
 
 
 def sector_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
@@ -138,7 +138,7 @@ def sector_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
     turns, (x, y, z) = np.linspace(low, high, _SWINGS)[:, None], sector_points(d, c).T
     cosine, sine = np.cos(turns), np.sin(turns)
     at = np.stack([cosine * x - sine * z, y + 0.0 * turns, sine * x + cosine * z], axis=2)
-    return min(float(union_distance(stands, _seen_from(d, at, j, i)).min()) for i, j in _adjacent(d))
+    return min(least_distance(stands, _seen_from(d, at, j, i)) for i, j in _adjacent(d))
 
 
 def slide_in_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
@@ -150,7 +150,7 @@ def slide_in_clearance_mm(d: Dimensions, c: CapstanDimensions) -> float:
     for i, j in _adjacent(d):
         there, own = _seen_from(d, points, j, i), radial[j] @ d.stand(i)[:3, :3]
         for out in (own, np.array([-1.0, 0.0, 0.0])):  # the motor's drive comes last, or the cheek's
-            found = min(found, float(union_distance([cheek], there + way * out).min()))
+            found = min(found, least_distance([cheek], there + way * out))
     return found
 
 
@@ -256,14 +256,15 @@ def _within(stands: list[_ObstacleDistance], reach: float) -> list[_Obstacle]:
 def _met_by_plate(d: Dimensions, points: np.ndarray, chain: int, radius: float) -> np.ndarray:
     """Whether balls at points (..., 3) in a chain's shoulder frame meet the base plate outside its large holes."""
     at = _in_base(d, points, chain)
-    top, (x, y, z) = d.bracket.base_top_mm, np.moveaxis(at, -1, 0)
-    bottom = top - d.base.thickness_mm
-    rim = d.base.rim_mm or ((0.0, 0.0, d.base.radius_mm),)
-    met = union_distance([Prism(rim, (bottom, top))], at[..., [0, 2, 1]]) < radius
+    top, bottom = d.bracket.base_top_mm, d.bracket.base_top_mm - d.base.thickness_mm
+    met = np.maximum(bottom - at[..., 2], at[..., 2] - top) < radius
+    (x, y, z), rim = at[met].T, d.base.rim_mm or ((0.0, 0.0, d.base.radius_mm),)
+    near = union_distance([Prism(rim, (bottom, top))], np.stack([x, z, y], axis=1)) < radius
     beyond = np.maximum(np.maximum(bottom - z, z - top), 0.0)
     for across, aside, hole in d.base.holes_mm:
         inside = hole - np.hypot(x - across, y - aside)
-        met &= (inside < 0.0) | (np.hypot(inside, beyond) < radius)
+        near &= (inside < 0.0) | (np.hypot(inside, beyond) < radius)
+    met[met] = near
     return met
 
 

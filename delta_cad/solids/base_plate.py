@@ -57,7 +57,9 @@ def make_base_plate(d: Dimensions) -> Part:
     boring.add(f"{DOWEL_MM:g} H7 through, dowels{how}", pins)
     if d.has_feet:
         boring.add(f"{d.foot.thread} through, feet", _threads(d, through))
-    mounts = (placed(tapped(along_z(0.0, at, through), MOUNT_SCREW), _mount_zone_mm(d)) for at in b.mounts_mm)
+    mounts = [tapped(along_z(0.0, at, through), MOUNT_SCREW) for at in b.mounts_mm]
+    if d.bench is not None:
+        mounts = [placed(thread, _bench_zone_mm(d)) for thread in mounts]
     boring.add(f"{MOUNT_SCREW} through, mounting from below", mounts)
     if b.window_mm:
         bored(f"{b.window_mm:g} through, lightening", b.window_mm, [(x, y) for x, y, _ in b.holes_mm[1:]])
@@ -104,7 +106,7 @@ def make_bench_pad(_: Dimensions) -> Part:
     return Part(number, text, solid, rubber, False, (), grams, extent_mm=extent, **order)
 
 
-def _mount_zone_mm(d: Dimensions) -> float:
-    """Zone of the threads of the mounting screws, whose holes below are drilled to general tolerances."""
+def _bench_zone_mm(d: Dimensions) -> float:
+    """Zone of the threads of the bench plate's screws, whose holes in it are drilled to general tolerances."""
     hole, drilled = catalogue.screw(BENCH_HOLE).clearance_hole_mm, 2.0 * sqrt(2.0) * general_mm(d.base.mount_circle_mm)
     return screw_zone_mm(hole, catalogue.screw(MOUNT_SCREW).diameter_mm, other_mm=drilled)

@@ -8,10 +8,12 @@ Loads no geometry kernel on import: `Part.solid` is a `cadquery.Solid` that only
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from delta_cad.common.memoize import digest, memoize
 
 if TYPE_CHECKING:
     import cadquery as cq
@@ -186,6 +188,18 @@ def location_of(frame: np.ndarray) -> Any:
     transform = gp_Trsf()
     transform.SetValues(*np.asarray(frame, dtype=float)[:3].ravel().tolist())
     return TopLoc_Location(transform)
+
+
+@memoize
+def solid_digest(solid: Any) -> str:
+    """Computes the digest of a `cadquery.Solid`, by its boundary to the last bit."""
+    return digest(solid.__getstate__()[0].getvalue())
+
+
+@memoize
+def part_digest(part: Part) -> str:
+    """Computes the digest of all that a part is: its record and its solid."""
+    return digest(solid_digest(part.solid), [getattr(part, one.name) for one in fields(part) if one.name != "solid"])
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, refuse
 from delta_cad.common.options import JSON, OUT_FOLDER
@@ -17,7 +16,6 @@ OPTIONS = (*DEVICE_OPTIONS, *LOOP_OPTIONS, OUT_FOLDER, JSON)
 
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code: 1 if the joints lack the design's force, or the default wall oscillates."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
     from delta_cad.common.files import require_room, whole_folder
     from delta_cad.mechanism import MechanismError
     from haptics.feel.loops import loop_sheet

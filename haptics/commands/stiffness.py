@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, ProgressLine, refuse
 from delta_cad.common.options import JSON, OUT_FOLDER, Option, number
@@ -35,7 +34,6 @@ OPTIONS = (
 
 def run(given: argparse.Namespace) -> int:
     """Runs it and returns the exit code."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads only wait for each other
     from delta_cad.common.files import require_room, write_whole
     from haptics.loop.choice import chosen_loop, other_drives
     from haptics.loop.page import FOUR_TEXT, stiffness_facts, stiffness_text, walls_facts, walls_text

@@ -359,20 +359,24 @@ def placed_sides(
     sine = np.sqrt((1.0 - cosine) * (1.0 + cosine))
     if reach is None:
         reach = ChainReach(((-width_mm / 2.0, 0.0), (width_mm / 2.0, 0.0)))
-    farther = reach.farther_mm(base)
-    elbows = [(arm, along, radius) for along, radius in reach.elbow_mm]
-    drive = [(out, along + farther, 0.0) for out, along in reach.drive_mm]
 
-    def ends(circles: Sequence[tuple[Any, Any, float]]) -> tuple[np.ndarray, ...]:
-        """How far circles of all chains reach along y, -y, x and -x."""
+    def column(values: Sequence[float]) -> np.ndarray:
+        return np.reshape(values, (-1, *[1] * np.ndim(arm)))
+
+    def ends(out: np.ndarray, along: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, ...]:
+        """How far circles of all chains reach along y, -y, x and -x; (k, ...) each, of k circles."""
         x, y = [], []
-        radii = np.array([radius for _, _, radius in circles]).reshape(-1, *[1] * np.ndim(arm))
-        for c, s, out in ((1.0, 0.0, base), (cosine, sine, base + shift), (cosine, -sine, base + shift)):
-            x.append(np.array([c * (out + u) - s * t for u, t, _ in circles]))
-            y.append(np.array([s * (out + u) + c * t for u, t, _ in circles]))
-        return tuple(np.max([sign * one + radii for one in way], axis=(0, 1)) for way in (y, x) for sign in (1.0, -1.0))
+        for c, s, stand in ((1.0, 0.0, base), (cosine, sine, base + shift), (cosine, -sine, base + shift)):
+            x.append(c * (stand + out) - s * along)
+            y.append(s * (stand + out) + c * along)
+        return tuple(
+            np.max([sign * one + radius for one in way], axis=(0, 1)) for way in (y, x) for sign in (1.0, -1.0)
+        )
 
-    kinds = [ends(elbows)] + ([ends(drive)] if drive else [])
+    kinds = [ends(arm, *map(column, zip(*reach.elbow_mm, strict=True)))]
+    if reach.drive_mm:
+        out, along = map(column, zip(*reach.drive_mm, strict=True))
+        kinds.append(ends(out, along + reach.farther_mm(base), column([0.0])))
     along_y, along_x = ([one[k] + other[k + 1] for one in kinds for other in kinds] for k in (0, 2))
     return along_y, along_x
 

@@ -22,6 +22,7 @@ from delta_cad.common.console import (
 )
 from delta_cad.common.options import (
     JSON,
+    NO_CACHE,
     OUT,
     OUT_FOLDER,
     POSITIVE,
@@ -57,6 +58,7 @@ OPTIONS = (
     ),
     Option("--resume", action="store_true", help="continue a run that was stopped, or whose time was over, in DIR"),
     REQUIREMENTS_CATALOGUE,
+    NO_CACHE,
     PROGRESS,
     JSON,
 )

@@ -19,6 +19,13 @@ def relative_key(a: str, b: str, b_in_a: np.ndarray) -> Key:
     return a, b, *np.round(b_in_a[:3] / EQUAL_MM).astype(np.int64).ravel().tolist()
 
 
+def frame_of_key(frame: np.ndarray) -> np.ndarray:
+    """Rounds a (4, 4) frame in mm off the last bits that a machine placed otherwise has: 1e-9 mm, 1e-12 rad."""
+    found = np.round(frame, 12)
+    found[:3, 3] = np.round(found[:3, 3], 9)
+    return found + 0.0  # no -0.0
+
+
 def gaps_on_one_link(pairs: Sequence[tuple[CollisionBody, CollisionBody]]) -> np.ndarray:
     """Bounds the distances of bodies on one link from below by their boxes, (n,) mm."""
     return boxes_gap(

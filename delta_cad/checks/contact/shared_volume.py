@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.checks.contact.placing import located
-from delta_cad.common.memoize import memoize
+from delta_cad.checks.contact.placing import frame_of_key, located
+from delta_cad.common.memoize import cached, memoize
+from delta_cad.solids.part import solid_digest
 
 _FUZZY_MM = (0.0, 1e-5, 1e-4, 1e-3)  # from exact to a tenth of a fit; the first that agrees counts
 _AGREEMENT = 1e-6  # of the smaller size
@@ -69,7 +70,10 @@ def common_volume(a: Any, b: Any, b_in_a: np.ndarray, noise_mm3: float = NOISE_M
     Returns:
         Volume, mm^3; None where the kernel contradicts itself, see `common_size`.
     """
-    return common_size((a.wrapped, located(b, b_in_a)), (solid_volume(a), solid_volume(b)), volume, noise_mm3)
+    placed = frame_of_key(b_in_a)
+    of = solid_digest(a), solid_digest(b), placed, noise_mm3
+    sizes = solid_volume(a), solid_volume(b)
+    return cached("common volume", of, lambda: common_size((a.wrapped, located(b, placed)), sizes, volume, noise_mm3))
 
 
 def runs_into(a: Any, b: Any, b_in_a: np.ndarray) -> bool:

@@ -23,9 +23,10 @@ from delta_cad.checks.dfm.printed import (
 )
 from delta_cad.checks.dfm.setups import setups
 from delta_cad.checks.report import CheckResult
+from delta_cad.common.memoize import cached
 from delta_cad.common.vectors import cross
 from delta_cad.dimensions.rules import THREAD_WALL_MM
-from delta_cad.solids.part import Bore, Part
+from delta_cad.solids.part import Bore, Part, part_digest
 
 # Walls that stand the cut, and faces that a tool sees.
 _LEAST_WALL_MM = 0.5  # of metal and hard plastic: thinner ones give way before the cutter
@@ -193,8 +194,12 @@ def check_dfm(parts: Iterable[Part]) -> list[CheckResult]:
         (PRINT_RULES, [part for part in made if part.material.process]),
     ):
         for rule in rules if held or rules is RULES else ():
-            found.append(_result(rule, [finding for part in held for finding in rule.find(part)], len(held)))
+            found.append(_result(rule, [finding for part in held for finding in _found(rule, part)], len(held)))
     return found
+
+
+def _found(rule: _Rule, part: Part) -> list[Finding]:
+    return cached("dfm", (rule.name, part_digest(part)), lambda: list(rule.find(part)))
 
 
 def _result(rule: _Rule, findings: list[Finding], parts: int) -> CheckResult:

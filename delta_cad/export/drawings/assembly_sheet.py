@@ -18,6 +18,7 @@ import numpy as np
 
 from delta_cad.assembly.machine import Assembly
 from delta_cad.assembly.tessellation import MeshLibrary
+from delta_cad.common.memoize import cached
 from delta_cad.export.bom import BomRow
 from delta_cad.export.drawings.items import item_lists
 from delta_cad.export.drawings.layout import ratio
@@ -39,7 +40,7 @@ from delta_cad.export.drawings.title import TITLE_MM, Titles, framed, inner
 from delta_cad.export.drawings.views.marks import LETTER_MM, arrow, number, spread_within
 from delta_cad.export.drawings.views.projection import Frame, Seen, seen_of
 from delta_cad.export.views.explode import exploded_chain
-from delta_cad.solids.part import Occurrence, location_of
+from delta_cad.solids.part import Occurrence, location_of, solid_digest
 
 _SIZE = "A3"
 _SCALES = (2.0, 1.0, 0.5, 0.2, 0.1)
@@ -89,7 +90,9 @@ class _Shown:
 
     def look(self) -> None:
         """Finds what is seen."""
-        self.seen = seen_of([o.part.solid.wrapped.Moved(location_of(pose)) for o, pose in self.placed], self.frame)
+        of = [(solid_digest(o.part.solid), pose) for o, pose in self.placed], self.frame
+        shapes = (o.part.solid.wrapped.Moved(location_of(pose)) for o, pose in self.placed)
+        self.seen = cached("seen", of, lambda: seen_of(list(shapes), self.frame))
 
 
 _Page = tuple[str, list[Item], dict[str, Box]]

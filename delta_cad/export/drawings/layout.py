@@ -96,7 +96,8 @@ def _sheets(
     area, taken = inner(size), [title_box(size)]
     room = (area[0] + 3.0, area[1] + 3.0, area[2] - 3.0, area[3] - 3.0)
     main = _adjacent(blocks)
-    start = _find(lambda at: _boxes(main, at), taken, room)
+    boxes = [(block.box, at) for block, at in main]
+    start = _find(lambda at: [_shifted(box, (at[0] + x, at[1] + y)) for box, (x, y) in boxes], taken, room)
     if start is None:
         return None
     placed = [_Placed(block.items, (x + start[0], y + start[1])) for block, (x, y) in main]
@@ -155,10 +156,6 @@ def _adjacent(blocks: Sequence[Block]) -> list[tuple[Block, Point]]:
         if at is not None:
             found.append((block, at))
     return found
-
-
-def _boxes(main: Sequence[tuple[Block, Point]], at: Point) -> list[Box]:
-    return [_shifted(block.box, (at[0] + x, at[1] + y)) for block, (x, y) in main]
 
 
 def _shifted(box: Box, by: Point) -> Box:

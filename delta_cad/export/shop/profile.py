@@ -26,9 +26,10 @@ from typing import Any
 import numpy as np
 
 from delta_cad.assembly.faces import SolidFace, solid_faces
+from delta_cad.common.memoize import cached
 from delta_cad.export.drawings.sheet_io.dxf import r2010_text
 from delta_cad.export.shop.template import add_layers, add_loop
-from delta_cad.solids.part import Part
+from delta_cad.solids.part import Part, part_digest
 
 SUFFIX = ".profile.dxf"
 FOLDER = "profiles"
@@ -123,9 +124,13 @@ class Profile:
 def write_profiles(parts: Sequence[Part], folder: Path) -> None:
     """Writes `<number>.profile.dxf` of each plate part among parts that are made; no folder where there is none."""
     for part in parts:
-        if part.make and (profile := profile_of(part)) is not None:
+        if part.make and (profile := _profile_of(part)) is not None:
             folder.mkdir(exist_ok=True)
             (folder / f"{part.number}{SUFFIX}").write_text(profile.dxf(), encoding="utf-8", newline="\n")
+
+
+def _profile_of(part: Part) -> Profile | None:
+    return cached("profile", part_digest(part), lambda: profile_of(part))
 
 
 def profile_of(part: Part) -> Profile | None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import re
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
@@ -102,6 +104,32 @@ def test_the_design_of_the_folder_is_taken_and_named(
     assert delta_cad.main(["inspect", "--json", "--design", str(BEST)]) == 0
     again = capsys.readouterr()
     assert (again.out, again.err) == (reported.out, "")
+
+
+@pytest.mark.parametrize(("own", "taken"), [(None, "1"), ("3", "3")])
+def test_a_program_multiplies_matrices_by_one_thread_unless_the_environment_says_otherwise(
+    own: str | None, taken: str, tmp_path: Path
+) -> None:
+    code = """import os, numpy, threadpoolctl
+def main():
+    threads = {one["num_threads"] for one in threadpoolctl.threadpool_info() if one["user_api"] == "blas"}
+    print(os.environ["OPENBLAS_NUM_THREADS"], threads == {1})
+    return 0
+"""
+    (tmp_path / "threads.py").write_text(code)
+    environment = {name: value for name, value in os.environ.items() if "THREADS" not in name}
+    environment |= {"OPENBLAS_NUM_THREADS": own} if own else {}
+    program = "from delta_cad.common.command_line import run_program\nrun_program('threads')\n"
+    path = os.pathsep.join([str(tmp_path), environment.get("PYTHONPATH", "")])
+    run = subprocess.run(
+        [sys.executable, "-c", program],
+        env=environment | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert run.stdout.split()[0] == taken
+    assert own or run.stdout.split()[1] == "True"
 
 
 def test_no_design_is_searched_where_none_is_needed(

@@ -33,6 +33,7 @@ from delta_cad.interference.shapes import (
     Shape,
     Windowed,
     collides,
+    least_distance,
     union_distance,
 )
 from delta_cad.interference.static_obstacles import board, cheeks, foot, key_swing_rad, motor
@@ -45,6 +46,21 @@ from delta_cad.solids.upper_arm import make_upper_arm
 from delta_cad.structure.beam_model import beam_model
 from tests.delta_cad.interference.machines import machine, of, synthesized
 from tests.delta_cad.solids.measured import placed
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_least_distance_of_points_is_that_of_all_of_them(seed: int) -> None:
+    """Inside, near, and so far off that a bound is told."""
+    rng = np.random.default_rng(seed)
+    hulls = [
+        Prism(rng.uniform([-20, -20, 1], [20, 20, 9], (4, 3)), (-3.0, 5.0 + seed), rng.uniform(0.0, 1.0)) for _ in "ab"
+    ]
+    shapes: list[Shape] = [*hulls, Round(4.0, (0.0, 9.0), (30.0, 0.0)), Placed(np.eye(3)[[1, 2, 0]], hulls[0])]
+    far = rng.uniform(0.0, 80.0)
+    points = rng.normal(0.0, 15.0, (7, 60, 3)) + np.array([far, 0.3 * far, -far])
+    assert least_distance(shapes, points) == pytest.approx(float(union_distance(shapes, points).min()), abs=1e-12)
+    assert least_distance(hulls, points[:1, :3]) == pytest.approx(float(union_distance(hulls, points[:1, :3]).min()))
+    assert (hulls[0].lower_bound(points[0]) <= hulls[0].signed_distance(points[0]) + 1e-12).all()
 
 
 def test_a_cables_end_round_its_nose_comes_as_near_to_the_platform_as_the_exact_solids_do() -> None:

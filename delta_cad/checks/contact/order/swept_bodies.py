@@ -23,8 +23,9 @@ import numpy as np
 from delta_cad.assembly.faces import array_of
 from delta_cad.checks.contact.placing import located
 from delta_cad.checks.contact.shared_volume import common_size, solid_volume, volume
-from delta_cad.common.memoize import memoize
+from delta_cad.common.memoize import cached, memoize
 from delta_cad.common.vectors import cross_length
+from delta_cad.solids.part import solid_digest
 
 _ARC_RAD = np.radians(15.0)  # of the polygon about an arc: its corners are 0.9 % of the radius too far out
 _SAME_AXIS_MM, PARALLEL = 1e-6, 1e-9  # of an arc about an axis: 1e-7 mm over 100 mm
@@ -169,10 +170,14 @@ def common_with_discs(
 
     None where the discs are no solid, or the kernel contradicts itself.
     """
-    if (holder := turned_solid(discs, frame)) is None:
-        return None
-    sizes = volume(holder), solid_volume(solid)
-    return common_size((holder, located(solid, placement)), sizes, volume, noise_mm3)
+
+    def compute() -> float | None:
+        if (holder := turned_solid(discs, frame)) is None:
+            return None
+        sizes = volume(holder), solid_volume(solid)
+        return common_size((holder, located(solid, placement)), sizes, volume, noise_mm3)
+
+    return cached("common with discs", (discs, frame, solid_digest(solid), placement, noise_mm3), compute)
 
 
 def turned_solid(discs: list[_Disc], frame: np.ndarray) -> Any:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from delta_cad.common.memoize import cached
 from delta_cad.export.drawings.part.faces import Face, is_across, is_along, is_straight
 from delta_cad.export.drawings.part.holes import Bore, HoleGroup
 from delta_cad.export.drawings.part.places import auxiliary_directions
@@ -19,7 +20,7 @@ from delta_cad.export.drawings.part.record import Features, Place, Size
 from delta_cad.export.drawings.sheet_io.sheet import Arc, Item, Point, Stroke
 from delta_cad.export.drawings.views.projection import Frame, cut_open, projected
 from delta_cad.export.drawings.views.section import Section, hidden_bores, section_of
-from delta_cad.solids.part import Part
+from delta_cad.solids.part import Part, solid_digest
 
 _SEEN_MM = 5e-3  # the kernel's curves of a view are true to 1e-4
 _WORTH = {"below": 1.0, "right": 1.0, "above": 0.0, "left": 0.0}  # of sides that show equally much the usual one
@@ -246,15 +247,25 @@ def _arc_seen(view: View, size: Size) -> bool:
 
 
 def _draw(view: View, solid: Any) -> None:
-    if view.cut is None:
-        view.items = projected([solid.wrapped], view.frame)
+    if (cut := view.cut) is None:
+        view.items = list(_projected(solid, view.frame))
         return
-    rest, view.rings = cut_open(solid, view.frame, view.cut.steps, view.cut.axis)
-    items = [item for item in projected([rest.wrapped], view.frame) if isinstance(item, (Arc, Stroke))]
-    for at, _ in view.cut.steps[:-1]:  # nothing is drawn of a step
-        items = [item for item in items if not _is_level(item, view.cut.axis, at)]
+
+    def opened() -> tuple[list[Item], list[list[Point]]]:
+        rest, rings = cut_open(solid, view.frame, cut.steps, cut.axis)
+        return projected([rest.wrapped], view.frame), rings
+
+    items, rings = cached("section", (solid_digest(solid), view.frame, cut.steps, cut.axis), opened)
+    view.rings, items = list(rings), [item for item in items if isinstance(item, (Arc, Stroke))]
+    for at, _ in cut.steps[:-1]:  # nothing is drawn of a step
+        items = [item for item in items if not _is_level(item, cut.axis, at)]
     view.items = [item for item in items if item.layer == "visible"]
     view.behind = [item for item in items if item.layer == "hidden"]
+
+
+def _projected(solid: Any, frame: Frame, hidden: bool = True) -> list[Item]:
+    of = solid_digest(solid), frame, hidden
+    return cached("view", of, lambda: projected([solid.wrapped], frame, hidden))
 
 
 def _draw_groove(view: View, bottom: float, land: float) -> None:
@@ -297,4 +308,4 @@ def _picture(part: Part, front: View) -> View:
     """The part seen from a corner, to tell its shape at a glance."""
     right, up, towards = np.array(front.frame.right), np.array(front.frame.up), front.towards
     frame = Frame.seen_from(towards + 0.6 * right + 0.6 * up, up)
-    return View("picture", frame, items=projected([part.solid.wrapped], frame, hidden=False))
+    return View("picture", frame, items=list(_projected(part.solid, frame, hidden=False)))
