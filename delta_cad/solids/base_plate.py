@@ -14,7 +14,7 @@ from delta_cad.dimensions.tolerances.mates import screw_zone_mm
 from delta_cad.solids.boring import Boring, along_z, placed, sunk, tapped
 from delta_cad.solids.brackets import BASE_SCREW, DOWEL_MM, base_dowels, base_zone_mm, is_base_slotted
 from delta_cad.solids.making import GRAPHITE, made_part, material, round_z
-from delta_cad.solids.part import Bore, Part
+from delta_cad.solids.part import FOR_WHAT_IT_STANDS_ON, Bore, Part
 from delta_cad.solids.primitive import bore_z, cut, edge_break, feature, hull_along_z, one_solid
 
 _CORNER_MM = 6.0  # radius of the bench plate's corners
@@ -60,7 +60,7 @@ def make_base_plate(d: Dimensions) -> Part:
     mounts = [tapped(along_z(0.0, at, through), MOUNT_SCREW) for at in b.mounts_mm]
     if d.bench is not None:
         mounts = [placed(thread, _bench_zone_mm(d)) for thread in mounts]
-    boring.add(f"{MOUNT_SCREW} through, mounting from below", mounts)
+    boring.add(f"{MOUNT_SCREW} through, {FOR_WHAT_IT_STANDS_ON}", mounts)
     if b.window_mm:
         bored(f"{b.window_mm:g} through, lightening", b.window_mm, [(x, y) for x, y, _ in b.holes_mm[1:]])
     solid = feature(number, "bores", "base_radius_mm", lambda: cut(plate, boring.tools))

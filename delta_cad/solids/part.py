@@ -40,6 +40,10 @@ class Material:
 Triple = tuple[float, float, float]
 
 
+FOR_WHAT_IT_STANDS_ON = "mounting from below"
+"""In the callout of threads whose screws come from what the machine stands on: no part of the machine fills them."""
+
+
 @dataclass(frozen=True)
 class Bore:
     """One bore of a part: where it is and how it is made, as a machinist sets it up.

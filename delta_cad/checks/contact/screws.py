@@ -15,7 +15,7 @@ from delta_cad.checks.contact.clamped_stack import largest_gaps
 from delta_cad.checks.contact.features import features
 from delta_cad.checks.links import carried_by_link
 from delta_cad.checks.report import CheckResult
-from delta_cad.solids.part import Occurrence, Part
+from delta_cad.solids.part import FOR_WHAT_IT_STANDS_ON, Occurrence, Part
 
 _ENGAGED_LEAST = 1.0  # thread lengths in diameters: what steel screws need in aluminium under hand torque
 _THREAD_PLAY_MM = 0.05  # radius by which a tap drill may exceed the drawn core of its screw (0.02), and axes may differ
@@ -212,7 +212,8 @@ def _empty_holes(k: int, o: Occurrence, bores: _Cylinders, shafts: _Cylinders) -
     for hole in o.part.holes:
         groups = [re.fullmatch(r"(?:(\d+)x )?(.*)", text.strip()) for text in hole.callout.split(";")]
         counts = [(int(g[1]) if g[1] else hole.count, g[2]) for g in groups if g]
-        filled = sum(count for count, text in counts if re.match(_FILLED, text))
+        inside = (one for one in counts if FOR_WHAT_IT_STANDS_ON not in one[1])
+        filled = sum(count for count, text in inside if re.match(_FILLED, text))
         if not filled:
             continue
         needed += 1

@@ -14,7 +14,7 @@ STACK = 5  # such lengths: arm, sector, foot block, depth of the seat in either 
 WIDTH_MM = 0.12  # by which a bearing may be narrower, ISO 492 normal class up to a bore of 10 mm, as of 10 to 18
 WORKING = (0.2, 0.8)  # share of its free height over its strip by which a wave spring is pressed, as makers advise
 DOWEL_PLAY_MM = 0.004  # of radius, at most: 3 m6 in H7
-MANDREL_FIT, MANDREL_MM = "h6", 0.011  # by which it may be thinner than its seats' nominal diameter, up to 18 mm
+MANDREL_FIT, MANDREL_MM = "h5", 0.008  # by which it may be thinner than its seats' nominal diameter, up to 18 mm
 LIP_ROOM_MM = 0.1  # of a cup's lip over the rod jig's pad
 JIG_DEPTH_MM, JIG_MOUTH_MM = (
     0.05,

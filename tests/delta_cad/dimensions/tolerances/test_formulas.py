@@ -66,18 +66,16 @@ AXES: list[Line] = [
 # Two cones of the jig in zones of 0.05; seats of 6.015 +-0.005 on balls of 6
 ROD: list[Line] = [("places of its cones", 2 * PLACE, 1.0), ("both seats on the jig's balls", 0.02, 1.0)]
 TWIST = 180.0 / pi / 54.0  # deg per mm at rods 54 mm apart
-# Both cheeks' mandrels, 11 um thinner, in seats of H7 and H6, 30 mm apart; dowels 33 mm apart, 79.7 mm below
+# Both cheeks' mandrels, 8 um thinner, in seats of H7 and H6, 30 mm apart; dowels 33 mm apart, 79.7 mm below
 TILT: list[Line] = [
-    ("mandrel in its seat", (0.018 + 0.011) / 2.0, ARCMIN / 30.0),
-    ("mandrel in its seat", (0.011 + 0.011) / 2.0, ARCMIN / 30.0),
+    ("mandrel in its seat", (0.018 + 0.008) / 2.0, ARCMIN / 30.0),
+    ("mandrel in its seat", (0.011 + 0.008) / 2.0, ARCMIN / 30.0),
     ("dowels lift it", DOWEL, ARCMIN / 30.0),
     ("dowels turn it", DOWEL, ARCMIN / 30.0 * 2.0 * 79.7 / 33.0),
     ("dowels lift it", DOWEL, ARCMIN / 30.0),
     ("dowels turn it", DOWEL, ARCMIN / 30.0 * 2.0 * 79.7 / 33.0),
 ]
-TILTED = (
-    (0.018 + 0.011 + 2 * 0.011) / 2.0 + 2.0 * DOWEL * (1.0 + 2.0 * 79.7 / 33.0)
-) / 30.0  # rad, all of it at its worst
+TILTED = (SEAT + SEAT_H6 + 2.0 * DOWEL * (1.0 + 2.0 * 79.7 / 33.0)) / 30.0  # rad, all of it at its worst
 
 # Crossed tangents of radii r and p, C apart: S = sqrt(C^2 - (r + p)^2) each, at acos((r + p) / C) from the line of
 # centres; the cable is h (2 S + r turn + p (6 pi - 2 acos)) long, h the length of its climb.
@@ -107,7 +105,7 @@ CHAINS: dict[str, tuple[float, float, list[Line]]] = {  # name -> nominal, upper
             *STACK,
             ("length of its head", 0.1, -1.0),  # 4.85 mm
             ("thickness of its head", 0.2, 1.0),  # 15.4 mm
-            ("length", 0.1, 1.0),  # 5 mm
+            ("length", 0.13, 1.0),  # 5 mm, a spacer from stock
             ("height of its chip", 0.25, -1.0),
             ("thickness", 0.1, -1.0),
             ("depth of the magnet's seat", 0.1, 1.0),  # 2.5 mm

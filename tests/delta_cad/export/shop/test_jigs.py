@@ -122,7 +122,7 @@ def test_the_mandrel_stands_in_both_seats_with_the_cheeks_on(
         beyond = bar.BoundingBox()
         box = cheek.BoundingBox()
         assert beyond.ymax > box.ymax or beyond.ymin < box.ymin  # a grip comes out
-    lower, upper = deviations_um("h6", d.bearing.outer_mm)
+    lower, upper = deviations_um("h5", d.bearing.outer_mm)
     (size,) = features_of(mandrel.part, faces_of(mandrel.part.solid), mandrel.held).sizes[:1]
     assert size.tolerance is not None
     assert size.tolerance.deviations_mm == (lower / 1000.0, upper / 1000.0)
