@@ -37,8 +37,6 @@ from delta_cad.mechanism.placement import CHAINS
 
 BASE_SCREW = "M4"  # foot blocks on the base plate
 _UNDER_HEAD_MM = 1.0  # least metal between a counterbore and the far face
-
-
 WRIST_MARK = "0"  # punched on the boss of wrist 0 where chains are placed: the platform fits in one position only
 BOSS_BEVEL_MM = 0.4  # on the wrist bosses
 STEM_FLATS_MM, STEM_FLATS_Z_MM = 8.0, (2.0, 8.0)  # for a spanner: across them, and from where to where of the stem
@@ -51,11 +49,7 @@ _WINDOW_MM, _WINDOW_LEAST_MM, _WINDOW_RIM_MM = 34.0, 12.0, 5.0  # holes that lig
 _PLATE_MM = 5.0  # the least; it grows with loads and lengths
 _STEM_WALL_MM = 3.0  # of the hub around the stem
 RIB_MM = 4.0  # width of what stays around a window of it
-_WINDOW_LONG_MM, _WINDOW_REACH_MM, _WINDOW_CORNER_MM = (
-    4.0,
-    3.0,
-    1.5,
-)  # of these windows: least length, half width; corners
+_WINDOW_LONG_MM, _WINDOW_REACH_MM, _WINDOW_CORNER_MM = 4.0, 3.0, 1.5  # of these: least length, half width; corners
 WEB_CORNER_MM = 5.0, 3.0  # of a web, which ends so much inside its boss's ends, in corners of such a radius
 _BOSS_LEAST_MM = 2 * WEB_CORNER_MM[0]  # length of a wrist boss, at whose ends its web's corners lie
 LENGTH_MM = 1e-9  # roundings of a length that is asked

@@ -298,8 +298,8 @@ def _add_ends(add: Callable[..., None], table: BeamModel, h: Allowables, p_mm: n
         in_load=True,
     )
     left = "preload less that with which the contact would reach the cup's lip; a tenth, which springs may lack"
-    spare = j.margin_preload_N(most, lean)
-    add("ball joint preload", spare, h.preload_reserve_N, "N", left, least=True, in_load=True)
+    preload = j.margin_preload_N(most, lean)
+    add("ball joint preload", preload, h.preload_reserve_N, "N", left, least=True, in_load=True)
     pressed = j.pressed_max_N + rod
     shell = "Hertz, preload and rod force in one line; a quarter of the plastic's yield stress, for ever"
     add("cup shell", contact_N_mm2(f, pressed), h.plastic_N_mm2, "N/mm^2", shell)
