@@ -52,11 +52,13 @@ class Background:
 
     def __init__(self) -> None:
         context = multiprocessing.get_context("spawn")
-        self._stop = context.Event()
+        self._number = 0  # of the piece under way
         self._pipe, other = context.Pipe()
-        self._process = context.Process(target=_work, args=(other, self._stop), daemon=True)
+        flags, self._flag = context.Pipe(duplex=False)
+        self._process = context.Process(target=_work, args=(other, flags), daemon=True)
         self._process.start()
         other.close()
+        flags.close()
 
     def compute(self, piece: Callable[..., Any], *arguments: Any) -> Any:
         """Computes a piece and waits for it.
@@ -70,9 +72,9 @@ class Background:
             StoppedError: The process is gone.
             Exception: What the piece raised.
         """
-        self._stop.clear()
+        self._number += 1
         try:
-            self._pipe.send((piece, arguments))
+            self._pipe.send((self._number, piece, arguments))
             result = self._pipe.recv()
         except (OSError, EOFError, ValueError) as error:
             raise StoppedError(str(error)) from None
@@ -82,29 +84,32 @@ class Background:
 
     def abandon(self) -> None:
         """Ends the piece under way at its next look."""
-        self._stop.set()
+        with suppress(OSError):
+            self._flag.send(self._number)
 
     def close(self) -> None:
-        """Ends the process."""
-        self._stop.set()
+        """Ends the process; who waits for a piece of it gets a `StoppedError`."""
         self._process.kill()
         self._process.join(_JOIN_S)
-        with suppress(OSError):
-            self._pipe.close()
 
 
-def _work(pipe: Connection, stop: Any) -> None:
+def _work(pipe: Connection, flags: Connection) -> None:
     """Computes pieces until nobody sends any."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the process that ends this one
     os.nice(_NICE)
 
+    number = abandoned = 0
+
     def tick() -> None:
-        if stop.is_set():
+        nonlocal abandoned
+        while flags.poll():
+            abandoned = flags.recv()
+        if abandoned >= number:
             raise AbandonedError
 
     with suppress(EOFError, OSError):
         while True:
-            piece, arguments = pipe.recv()
+            number, piece, arguments = pipe.recv()
             try:
                 pipe.send(piece(tick, *arguments))
             except Exception as error:
