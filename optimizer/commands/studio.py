@@ -53,7 +53,7 @@ def run(given: argparse.Namespace) -> int:
             require_room(given.out / brief.name, folder=True)
         except OSError as error:
             return refuse_folder(given.out, error)
-    with Interrupt(), ExitStack() as ends:
+    with ExitStack() as ends:  # outside of what hears Ctrl-C: that would come again while all of it ends
         door = Door(given.host, given.port, lambda words: refuse(words, DONE), PROTOCOL)
         server = StudioServer(
             door,
@@ -65,10 +65,11 @@ def run(given: argparse.Namespace) -> int:
         ends.callback(session.close)
         ends.callback(server.close)
         try:
-            server.begin()
-            session.begin()
-            print(f"{door.url}  Ctrl-C ends it", flush=True)
-            threading.Event().wait()
+            with Interrupt():
+                server.begin()
+                session.begin()
+                print(f"{door.url}  Ctrl-C ends it", flush=True)
+                threading.Event().wait()
         except KeyboardInterrupt:  # how it is meant to end
             return DONE
         except OSError as error:

@@ -175,15 +175,21 @@ def relief(tick: Tick, task: Any, field: str, eases: int, known: Corrections) ->
         known: What is known of the hardware.
 
     Returns:
-        The first of some values with lengths; None where there is none.
+        The least change, of some, with which there are lengths; None where the largest has none.
     """
     from optimizer.studio import model
 
     own = task.brief.value(field)
-    for factor in _RELIEF:
+
+    def enough(factor: float) -> bool:
         tick()
         value = own * factor if eases > 0 else own / factor
-        eased = replace(task, brief=task.brief.with_values({field: value}))
-        if model.cold(eased, known, tick) is not None:
-            return value
-    return None
+        return model.cold(replace(task, brief=task.brief.with_values({field: value})), known, tick) is not None
+
+    low, high = -1, len(_RELIEF) - 1  # too little, and enough
+    if not enough(_RELIEF[high]):
+        return None
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if enough(_RELIEF[middle]) else (middle, high)
+    return own * _RELIEF[high] if eases > 0 else own / _RELIEF[high]

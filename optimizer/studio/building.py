@@ -21,7 +21,7 @@ from delta_cad.common.console import CUT_SHORT, DONE
 from delta_cad.common.files import write_whole
 
 KEPT = 200  # lines of progress that a page which comes later still gets
-_KILL_S = 20.0  # from Ctrl-C until the process is killed
+_KILL_S = 5.0  # from Ctrl-C until the process is killed
 _STAMP = re.compile(r"\s*\d+(?:\.\d+)? s\s+")  # with which a line of progress begins
 DOWNLOADS = {
     "report.html": "report",
@@ -99,6 +99,7 @@ class Build:
         self.progress = Progress()
         self._process: subprocess.Popen[str] | None = None
         self._threads: list[Thread] = []
+        self._journal = out
         self._cut = ""  # text of the requirements of a run that was stopped or whose time was over
 
     @property
@@ -118,7 +119,7 @@ class Build:
             OSError: The requirements file cannot be written.
         """
         assert not self.running
-        file = self.out / f"{name}.studio.toml"
+        file, self._journal = self.out / f"{name}.studio.toml", self.out / f"{name}.design.jsonl"
         write_whole(file, text)
         command = [sys.executable, "-m", "optimizer", "design", str(file), "--out", str(self.out), "--json"]
         command += [] if own_parts is None else ["--catalogue", str(own_parts)]
@@ -155,7 +156,8 @@ class Build:
             printed = "".join(out)
             progress.facts = json.loads(printed[printed.index("{") :])
         progress.ended = monotonic()
-        self._cut = text if code == CUT_SHORT else ""
+        unfinished = code == CUT_SHORT or progress.state == "stopping"
+        self._cut = text if unfinished and self._journal.is_file() else ""
         folder = progress.facts.get("folder")
         verdict = str(progress.facts.get("verdict", ""))
         if not verdict:

@@ -337,7 +337,8 @@ class Session:
     def _solve(self) -> None:
         drawer, now = records.Drawer(), None
         while not self._wanted.closed:
-            newest = self._wanted.take(REST_S if now is not None and not now.rest else None if now is None else 0.0)
+            # after an answer only as long as it takes for the slider to count as at rest
+            newest = self._wanted.take(None if now is None else 0.0 if now.rest else REST_S)
             if self._wanted.closed:
                 return
             try:
