@@ -152,6 +152,9 @@ class Build:
                 self._said()
         code = process.wait()
         reading.join()
+        for pipe in (process.stdout, process.stderr):
+            if pipe is not None:
+                pipe.close()
         with suppress(ValueError):
             printed = "".join(out)
             progress.facts = json.loads(printed[printed.index("{") :])

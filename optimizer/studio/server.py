@@ -49,7 +49,7 @@ _OWN = (
     "connect-src blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 _SHOWN = (".html", ".pdf", ".svg", ".png")  # files that a browser shows; others it stores
-_START_S = 10.0
+_START_S, _CLOSED_S = 10.0, 0.05
 
 
 class StudioServer:
@@ -112,9 +112,17 @@ class StudioServer:
         self._ready.set()
         if self._server is not None:
             self._loop.run_forever()
-            self._server.close()
-            self._loop.run_until_complete(self._server.wait_closed())
+            self._loop.run_until_complete(self._end(self._server))
         self._loop.close()
+
+    @staticmethod
+    async def _end(server: Server) -> None:
+        """Closes every connection, and waits until their sockets are closed."""
+        server.close()
+        await server.wait_closed()
+        if left := asyncio.all_tasks() - {asyncio.current_task()}:
+            await asyncio.wait(left, timeout=_START_S)
+        await asyncio.sleep(_CLOSED_S)  # transports close their sockets in the loop's next rounds
 
     async def _serve(self) -> Server:
         return await serve(

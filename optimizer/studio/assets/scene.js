@@ -169,7 +169,7 @@ class Scene {
     this.framed = size;
     this.fit();
     const narrow = Math.min(1, this.camera.aspect);
-    const away = (1.95 * size) / narrow;
+    const away = (2.15 * size) / narrow;
     const target = new THREE.Vector3(0, 0, (this.floor + this.middle[2] + this.half) / 2);
     this.controls.target.copy(target);
     this.camera.position.copy(target).addScaledVector(new THREE.Vector3(0.55, -0.78, 0.42).normalize(), away);

@@ -84,6 +84,7 @@ def test_files_of_the_machine_are_given_and_no_others(served: Served) -> None:
         with pytest.raises(HTTPError) as refused:
             urlopen(served.door.url + path, timeout=HANGS_S)
         assert refused.value.code == 404
+        refused.value.close()
 
 
 @pytest.mark.parametrize("headers", [{"Host": "evil.example"}, {"Origin": "http://evil.example"}])
@@ -92,6 +93,7 @@ def test_who_comes_from_elsewhere_or_without_the_token_is_refused(served: Served
         with pytest.raises(HTTPError) as refused:
             urlopen(Request(url, headers=more), timeout=HANGS_S)
         assert refused.value.code == 403
+        refused.value.close()
     with pytest.raises(InvalidStatus):
         served.viewer(origin=Origin("http://evil.example"))
     with pytest.raises(InvalidStatus):

@@ -65,18 +65,26 @@ def test_proved_is_only_what_the_proof_says(tmp_path: Path, monkeypatch: pytest.
         assert kept.of("answer", state="proved") == []
 
 
-def test_what_no_machine_meets_is_said_with_the_limits_that_would_be_enough(tmp_path: Path) -> None:
+def test_what_no_machine_meets_is_said_and_the_page_goes_on(tmp_path: Path) -> None:
     with session(tmp_path) as (one, kept):
         one.begin()
         until(lambda: kept.of("answer", state="proved"))
         one.receive({"type": "set", "seq": 1, "values": {knobs.MASS: 0.1}, "rest": True}, "me")
         until(lambda: kept.of("nothing", by=["me", 1], state="none"))
-        rows = until(lambda: [m for m in kept.of("relief") if any(row["field"] == knobs.MASS for row in m["rows"])])
-        (row,) = [row for row in rows[0]["rows"] if row["field"] == knobs.MASS]
-        assert 0.1 < row["value"] <= 0.4
-        one.receive({"type": "reset"}, "me")
-        assert one.setting.values[knobs.MASS] == 0.4
-        until(lambda: kept[-1]["type"] and kept.of("answer", state="proved")[1:])
+        one.receive({"type": "set", "seq": 2, "values": {knobs.MASS: 0.4}, "rest": True}, "me")
+        until(lambda: kept.of("answer", by=["me", 2], state="proved"))
+
+
+def test_a_limit_that_would_be_enough_is_the_least_of_those_tried() -> None:
+    task = joystick(feel__effective_mass_max_kg=0.1)
+    known = model.Solver().corrections(task)
+    value = background.relief(lambda: None, task, knobs.MASS, 1, known)
+    assert value is not None
+    assert 0.1 < value <= 0.4
+    enough = joystick(feel__effective_mass_max_kg=value)
+    assert model.cold(enough, known) is not None
+    assert model.cold(joystick(feel__effective_mass_max_kg=value / 1.5), known) is None
+    assert background.relief(lambda: None, task, knobs.FORCE, -1, known) is None
 
 
 @pytest.mark.parametrize(
