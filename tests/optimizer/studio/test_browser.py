@@ -16,10 +16,10 @@ from optimizer.studio.server import PROTOCOL, StudioServer
 from optimizer.studio.session import Session
 from tests.delta_cad.report.conftest import GRAPHICS, headless
 from tests.delta_cad.report.live.test_page import free_port
-from tests.optimizer.studio.tasks import JOYSTICK
+from tests.optimizer.studio.tasks import JOYSTICK, until
 
 pytestmark = pytest.mark.slow  # a minute where a processor draws the pictures
-DRAWN_MS = 120_000
+DRAWN_MS = 120_000  # the page lets no text be evaluated as a script: what is waited for is looked at from here
 PHONE, DESK = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
 MOVES = """async (to) => {
   const range = document.getElementById("knob-requirements.envelope_width_mm");
@@ -69,7 +69,7 @@ def live(browser: Any, studio: tuple[str, Path]) -> Iterator[tuple[Any, list[str
     page.on("pageerror", lambda error: said.append(str(error)))
     page.on("request", lambda request: None if request.url.startswith((url, "data:")) else said.append(request.url))
     page.goto(url)
-    page.wait_for_function("document.body.dataset.state === 'proved'")
+    until(lambda: page.evaluate("document.body.dataset.state === 'proved'"))
     yield page, said
     page.close()
 
@@ -78,12 +78,16 @@ def test_a_slider_is_answered_while_it_moves_and_proved_at_rest(live: tuple[Any,
     page, said = live
     before = float(page.evaluate("document.body.dataset.side"))
     seq = page.evaluate(MOVES, 250)
-    page.wait_for_function(f"document.body.dataset.state === 'proved' && Number(document.body.dataset.seq) === {seq}")
+    until(
+        lambda: page.evaluate(
+            f"document.body.dataset.state === 'proved' && Number(document.body.dataset.seq) === {seq}"
+        )
+    )
     assert float(page.evaluate("document.body.dataset.side")) < before - 2.0
     assert page.locator("#verdict").text_content() == "proved over the whole cube"
     assert page.evaluate("studio.answers.filter((one) => one.state === 'about').length") >= 1
     assert page.locator("#binding .bind").count() >= 2
-    page.wait_for_function("document.getElementById('sliders').textContent.includes('mm of cube')")
+    until(lambda: page.evaluate("document.getElementById('sliders').textContent.includes('mm of cube')"))
     page.click("#reset")
     assert said == []
 
@@ -92,7 +96,7 @@ def test_the_machine_is_drawn_at_once(live: tuple[Any, list[str]]) -> None:
     from PIL import Image
 
     page, said = live
-    page.wait_for_function("Number(document.getElementById('view').dataset.drawn) >= 1")
+    until(lambda: page.evaluate("Number(document.getElementById('view').dataset.drawn) >= 1"))
     shown = np.asarray(Image.open(BytesIO(page.locator("#view").screenshot())).convert("RGB"), dtype=float)
     orange = (shown[..., 0] > 170) & (shown[..., 1] < 160) & (shown[..., 2] < 100)
     assert orange.mean() > 0.003  # the upper arms
@@ -116,9 +120,9 @@ def test_bad_input_is_said_and_nothing_is_lost(live: tuple[Any, list[str]]) -> N
 def test_save_writes_the_file(live: tuple[Any, list[str]], studio: tuple[str, Path]) -> None:
     page, said = live
     page.evaluate(MOVES, 262)
-    page.wait_for_function("document.getElementById('saved').textContent === 'not saved'")
+    until(lambda: page.evaluate("document.getElementById('saved').textContent === 'not saved'"))
     page.click("#save")
-    page.wait_for_function("document.getElementById('saved').textContent === 'saved'")
+    until(lambda: page.evaluate("document.getElementById('saved').textContent === 'saved'"))
     assert "envelope_width_mm = 262\n" in studio[1].read_text(encoding="utf-8")
     assert said == []
 
