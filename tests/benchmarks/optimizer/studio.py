@@ -18,8 +18,7 @@ SUBJECT = "studio"
 MOVES, SECONDS, REST_S = 30, 1.0, 2.0
 HANGS_MS = 20_000
 ANSWERS, CERTIFIED_S, WARM_S = 10.0, 0.5, 0.1  # the budget's
-MOVE = (
-    """async ([to, seconds]) => {
+MOVE = """async ([to, seconds]) => {
   const range = document.getElementById("knob-requirements.envelope_width_mm");
   const [from, began, before] = [Number(range.value), performance.now(), studio.answers.length];
   for (;;) {
@@ -32,12 +31,11 @@ MOVE = (
   const answers = (studio.answers.length - before) / seconds;
   const rested = performance.now();
   range.dispatchEvent(new Event("change"));
-  const proved = () => document.body.dataset.state === "proved" && Number(document.body.dataset.seq) === studio.state().seq;
-  while (!proved() && performance.now() - rested < %d) await new Promise((done) => setTimeout(done, 4));
+  const shown = document.body.dataset;
+  const proved = () => shown.state === "proved" && Number(shown.seq) === studio.state().seq;
+  while (!proved() && performance.now() - rested < HANGS_MS) await new Promise((done) => setTimeout(done, 4));
   return [answers, (performance.now() - rested) / 1e3];
-}"""
-    % HANGS_MS
-)
+}""".replace("HANGS_MS", str(HANGS_MS))
 
 
 def run(say: Callable[[str], None]) -> list[Figure]:
