@@ -20,7 +20,7 @@ from delta_cad.mechanism import MechanismError
 from delta_cad.mechanism.placement import CHAINS
 from optimizer.codesign.candidate import design_for
 from optimizer.problem.variables import mechanism_of
-from optimizer.studio.model import Solved
+from optimizer.studio.setting import Solved
 
 Circle = tuple[float, float, float]
 _AROUND, _ARC = 28, 24  # corners of a circle, and of a sector's rim

@@ -60,7 +60,7 @@ class Progress:
     def record(self) -> dict[str, Any]:
         """The progress as JSON types."""
         took = (monotonic() if self.ended is None else self.ended) - self.began if self.began else 0.0
-        facts = {key: self.facts[key] for key in _TOLD if key in self.facts}
+        facts = {key: self.facts[key] for key in _SHOWN if key in self.facts}
         return {
             "state": self.state,
             "took_s": round(took, 1),
@@ -71,7 +71,7 @@ class Progress:
         }
 
 
-_TOLD = (
+_SHOWN = (
     "verdict",
     "cube_side_mm",
     "bound_mm",

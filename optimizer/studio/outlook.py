@@ -12,7 +12,7 @@ from optimizer.codesign.lengths import CONVERGED
 from optimizer.studio import background, knobs, model
 from optimizer.studio.background import Parts
 from optimizer.studio.knobs import FRICTION, MASS, Knob
-from optimizer.studio.model import Solved, Task
+from optimizer.studio.setting import Solved, Task
 
 _SHARES = (0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.4)  # of a limit, at which its front is looked at
 _NEAR_SHARES = (0.85, 0.9, 0.95, 1.0, 1.05, 1.1, 1.15)  # of an outline, which is worth more

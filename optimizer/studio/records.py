@@ -9,7 +9,7 @@ from contextlib import suppress
 from datetime import datetime
 from math import floor, log10
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.hardware import Selection, drives, motor_of
@@ -17,11 +17,9 @@ from optimizer.problem.brief import DesignBrief
 from optimizer.studio.body import USUAL, Sizes, body, sizes
 from optimizer.studio.building import downloads
 from optimizer.studio.knobs import RATIO, STIFFNESS, Knob
-from optimizer.studio.model import Proved, Solved, figures_of, geometry_of, lengths_of, price_of
+from optimizer.studio.model import Proved, figures_of, geometry_of, lengths_of, price_of
 from optimizer.studio.sensitivity import WORDS, sensitivity
-
-if TYPE_CHECKING:
-    from optimizer.studio.session import Setting
+from optimizer.studio.setting import Setting, Solved
 
 _DATA = re.compile(r'<script type="application/json" id="data">(.*?)</script>', re.DOTALL)
 _SCENE = ("mechanism", "occurrences", "home_mm", "cube", "outline")

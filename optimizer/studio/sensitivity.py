@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import nnls
@@ -21,9 +20,7 @@ from optimizer.problem.extremes import design_worst
 from optimizer.problem.step import Problem, outline_of
 from optimizer.problem.validation import RequirementsError
 from optimizer.problem.variables import PER_SI, SIDE, VARIABLES, completed
-
-if TYPE_CHECKING:
-    from optimizer.studio.model import Solved
+from optimizer.studio.setting import Solved
 
 _USED = 4e-3  # margin below which one may bind: the search leaves 2e-4 to the limits, and merges near points
 _GRID = 9  # points along an edge where worst points are looked for, before they are polished

@@ -10,8 +10,8 @@ from typing import Any
 
 from optimizer.codesign.hardware import Selection
 from optimizer.studio.document import Document
-from optimizer.studio.model import Task
 from optimizer.studio.session import Session
+from optimizer.studio.setting import Task
 from tests.committed import ROOT
 from tests.terminal import HANGS_S
 
