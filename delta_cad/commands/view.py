@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import argparse
 import io
-import socket
 import threading
 from contextlib import closing, redirect_stdout
-from ipaddress import ip_address
 from typing import TYPE_CHECKING
 
 from delta_cad.commands.machine import geometry_errors, refuse_design, refuse_hardware
 from delta_cad.common.console import BAD_INPUT, DONE, NOT_BUILT, Interrupt, ProgressLine, refuse
-from delta_cad.common.options import CATALOGUE, DESIGN, MOST_PORT, OUT_FOLDER, Option, whole
+from delta_cad.common.options import CATALOGUE, DESIGN, OUT_FOLDER
 from delta_cad.common.refusal import not_installed
+from delta_cad.report.live.door import address_fault, address_options
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,21 +24,12 @@ if TYPE_CHECKING:
 
 NAME = "view"
 TEXT = "live page in the browser: drag the handle, change lengths; Ctrl-C stops it"
-_LOOPBACK = "127.0.0.1"
-_PORT = 8080
 
 OPTIONS = (
     DESIGN,
     CATALOGUE,
     OUT_FOLDER.but(help="folder of builds, of which the last one's solids are shown first; default: out"),
-    Option("--port", type=whole(1, MOST_PORT), default=_PORT, metavar="N", help=f"port of the page; default: {_PORT}"),
-    Option(
-        "--host",
-        default=_LOOPBACK,
-        metavar="ADDRESS",
-        help="address to listen on, as the browser will have it; default: 127.0.0.1, this machine only",
-    ),
-    Option("--allow-remote", action="store_true", help="let other machines connect that know the printed address"),
+    *address_options(8080),
 )
 
 
@@ -60,15 +50,8 @@ def run(given: argparse.Namespace) -> int:
         from delta_cad.report.live.guard import Guard, guarded_server
     except ModuleNotFoundError as error:
         return refuse(not_installed(str(error.name), "view"), BAD_INPUT)
-    if fault := _host_fault(given.host, given.allow_remote):
-        return refuse(f"--host {given.host}: {fault}", BAD_INPUT)
-    try:  # viser would take the next one that is free
-        family = socket.AF_INET6 if ":" in given.host else socket.AF_INET
-        with socket.create_server((given.host, given.port), family=family):
-            pass
-    except OSError as error:
-        reported = f"--host {given.host} --port {given.port}: {error.strerror or error}"
-        return refuse(f"{reported}; must be an address of this machine and a free port", BAD_INPUT)
+    if fault := address_fault(given.host, given.port, given.allow_remote):
+        return refuse(fault, BAD_INPUT)
     guard = Guard(given.host, given.port, lambda line: refuse(line, DONE))
     server = guarded_server(guard, design.name)
     try:
@@ -80,19 +63,6 @@ def run(given: argparse.Namespace) -> int:
         guard.end()
         with redirect_stdout(io.StringIO()):
             server.stop()
-
-
-def _host_fault(host: str, allow_remote: bool) -> str:
-    """Says why the page is not to be served at an address; "" where it may."""
-    try:
-        found = {ip_address(where[0]) for *_, where in socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)}
-    except (OSError, ValueError):  # no such name, or no name
-        return "must be an address of this machine"
-    if any(address.is_unspecified for address in found):
-        return "must be the one address by which browsers reach this machine: the page answers to no other"
-    if not (allow_remote or all(address.is_loopback for address in found)):
-        return "is not a loopback address; other machines must be allowed expressly (--allow-remote)"
-    return ""
 
 
 def _serve(server: ViserServer, guard: Guard, design: Design, given: argparse.Namespace) -> int:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from delta_cad.common.command_line import Program
 from delta_cad.common.console import CUT_SHORT, NOT_MET
-from optimizer.commands import atlas, certify, design, front, init, reproduce, schema, synthesize, verify
+from optimizer.commands import atlas, certify, design, front, init, reproduce, schema, studio, synthesize, verify
 
-COMMANDS = (init, schema, design, synthesize, reproduce, certify, verify, front, atlas)
+COMMANDS = (init, schema, studio, design, synthesize, reproduce, certify, verify, front, atlas)
 PROGRAM = Program(
     "optimizer",
     "Dimensions of a delta haptic device from the customer's requirements.",

@@ -234,7 +234,7 @@ class DesignBrief(Section):
         value: float | None = getattr(getattr(self, table), name)
         return value
 
-    def with_values(self, values: Mapping[str, float]) -> DesignBrief:
+    def with_values(self, values: Mapping[str, float | None]) -> DesignBrief:
         """Gives the same task with other values of some fields, each named by its table and field."""
         changed: dict[str, Any] = {}
         for field, value in values.items():

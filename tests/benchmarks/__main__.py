@@ -32,6 +32,7 @@ MINUTES = {
     "optimizer.seeds": 30.0,
     "optimizer.atlas": 10.0,
     "optimizer.front": 15.0,
+    "optimizer.studio": 10.0,
     "haptics.wall": 10.0,
     "haptics.simulation": 10.0,
     "haptics.firmware": 10.0,

@@ -7,15 +7,11 @@ its numbers finite and within the range of what they move. Anything else is refu
 
 from __future__ import annotations
 
-import hmac
 import http
 import io
-import logging
 import math
-import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
-from threading import Lock
 from time import monotonic
 from typing import Any
 
@@ -28,22 +24,13 @@ from websockets.exceptions import ConnectionClosed, ConnectionClosedError
 from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
-_TOKEN_BYTES = 16
+from delta_cad.report.live.door import HEADERS, MOST_CLIENTS, MOST_REFUSED, ConnectionLog, Door
+
 MOST_BYTES = 4096  # of a message; a camera, the longest one that the page sends, has a tenth of it
-MOST_CLIENTS = 40
 SILENT_S = 60.0  # after which a viewer that sent nothing gives way to another, where there are so many
 _LONGEST_PATH = 255  # letters behind the token: no file has a longer name, and none of the page's a longer path
-MOST_REFUSED = 100  # messages of one connection, after which it is cut
 _MOST_m = 100.0  # of a camera's position; machines have tenths of a metre
 _MOST_px = 32768  # of a screen
-EVERY_S = 10.0  # between two lines about one kind of refusal
-_HTTP_PORT = 80  # which an address leaves out
-_HEADERS = {
-    "Referrer-Policy": "no-referrer",  # the token is part of the address
-    "Cache-Control": "no-store",
-    "Content-Security-Policy": "frame-ancestors 'none'",
-    "X-Content-Type-Options": "nosniff",
-}
 _Vector = tuple[float, float, float]
 _Turn = tuple[float, float, float, float]
 
@@ -105,56 +92,17 @@ class _Change(_Message, tag="GuiUpdateMessage"):
 _DECODER = msgspec.msgpack.Decoder(_Camera | _Drag | _DragStart | _DragEnd | _Change)
 
 
-class Refusals:
-    """Counts what is refused, and says so: the first of a kind at once, then a line each `EVERY_S`; `now` is in s."""
-
-    def __init__(self, say: Callable[[str], object], now: Callable[[], float] = monotonic) -> None:
-        self._say, self._now, self._lock = say, now, Lock()
-        self._waiting: dict[str, tuple[int, float]] = {}  # kind -> how many were not told, and when it was told last
-        self.count = 0
-
-    def add(self, kind: str) -> None:
-        """Counts one of a kind; kinds are texts of this program, never of who is refused."""
-        with self._lock:
-            self.count += 1
-            (waiting, last), now = self._waiting.get(kind, (0, -math.inf)), self._now()
-            reported = now - last >= EVERY_S
-            self._waiting[kind] = (0, now) if reported else (waiting + 1, last)
-        if reported:
-            self._say(f"refused: {kind}" + (f" ({waiting + 1} since the last line)" if waiting else ""))
-
-
-class _Log(logging.Logger):
-    """Takes what websockets says of a connection that failed, whatever filters viser adds: no traceback."""
-
-    def __init__(self, refusals: Refusals) -> None:
-        super().__init__("delta_cad.live", logging.ERROR)
-        self._refusals = refusals
-
-    def handle(self, record: logging.LogRecord) -> None:
-        self._refusals.add(f"a connection ({record.getMessage()})")
-
-
-class Guard:
+class Guard(Door):
     """Decides what reaches the server.
 
     Args:
         host: Address that the server listens on, as it is printed.
         port: Its port.
         say: Takes a line about what was refused.
-
-    Attributes:
-        url: The address to print; it holds the token.
-        refusals: What was refused.
     """
 
     def __init__(self, host: str, port: int, say: Callable[[str], object]) -> None:
-        self.host, self.port = host, port
-        name = f"[{host}]" if ":" in host else host.lower()
-        self._authority = name if port == _HTTP_PORT else f"{name}:{port}"
-        self._origin, self._token = f"http://{self._authority}", secrets.token_urlsafe(_TOKEN_BYTES)
-        self.url = f"{self._origin}/{self._token}/"
-        self.refusals = Refusals(say)
+        super().__init__(host, port, say, f"viser-v{viser.__version__}")
         self._controls: dict[str, Callable[[Any], Any]] = {}
         self._handle: tuple[str, Callable[[_Vector], _Vector]] | None = None
 
@@ -173,25 +121,6 @@ class Guard:
     def end(self) -> None:
         """Lets no message through any more, as the server is about to stop."""
         self._handle = None
-
-    def fault(self, request: Request, clients: int) -> str:
-        """Says why a request is not accepted, without a word of its own; "" where it is."""
-        headers = request.headers
-        if [host.lower() for host in headers.get_all("Host")] != [self._authority]:
-            return "a request to another host than the printed address"
-        upgrade, origins = headers.get_all("Upgrade"), headers.get_all("Origin")
-        if upgrade not in ([], ["websocket"]):
-            return "a request to upgrade to something else than a WebSocket"
-        if origins != [self._origin] and (upgrade or origins):
-            return "a request from a page of another origin"
-        token = request.path.partition("?")[0].removeprefix("/").partition("/")[0]
-        if not hmac.compare_digest(token.encode("utf-8", "replace"), self._token.encode()):
-            return "a request without the token of the printed address"
-        if upgrade and headers.get_all("Sec-WebSocket-Protocol") != [f"viser-v{viser.__version__}"]:
-            return "a viewer of another version"
-        if upgrade and clients >= MOST_CLIENTS:
-            return f"more than {MOST_CLIENTS} viewers"
-        return ""
 
     def passed(self, raw: str | bytes) -> bytes | None:
         """Gives a message as viser may have it, its values within their ranges; None, and counted, where it may not."""
@@ -266,11 +195,11 @@ class Guard:
                     one.transport.abort()
                 response: Response | None = process_request(connection, request)
                 if response is not None:
-                    response.headers.update(_HEADERS)
+                    response.headers.update(HEADERS)
                 return response
 
             begun.append(True)
-            options |= {"max_size": MOST_BYTES, "logger": _Log(guard.refusals), "create_connection": Guarded}
+            options |= {"max_size": MOST_BYTES, "logger": ConnectionLog(guard.refusals), "create_connection": Guarded}
             return serve(*arguments, process_request=answer, **options)
 
         websockets.asyncio.server.serve = guarded  # pyright: ignore[reportAttributeAccessIssue]

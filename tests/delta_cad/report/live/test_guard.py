@@ -23,15 +23,8 @@ from websockets.typing import Origin, Subprotocol
 
 from delta_cad.design import Design
 from delta_cad.report.live import guard as guard_module
-from delta_cad.report.live.guard import (
-    EVERY_S,
-    MOST_BYTES,
-    MOST_CLIENTS,
-    MOST_REFUSED,
-    Guard,
-    Refusals,
-    guarded_server,
-)
+from delta_cad.report.live.door import EVERY_S, MOST_CLIENTS, MOST_REFUSED, Refusals
+from delta_cad.report.live.guard import MOST_BYTES, Guard, guarded_server
 from delta_cad.report.live.page import HANDLE, SCENES, SLIDERS, LivePage
 from tests.delta_cad.report.live.test_page import free_port
 from tests.terminal import HANGS_S

@@ -1,0 +1,202 @@
+"""A build from the page: `design` in a process of its own, its progress line by line, and what it ends with."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Thread
+from time import monotonic
+from typing import Any
+
+from delta_cad.common.console import CUT_SHORT, DONE
+from delta_cad.common.files import write_whole
+
+KEPT = 200  # lines of progress that a page which comes later still gets
+_KILL_S = 5.0  # from Ctrl-C until the process is killed
+_STAMP = re.compile(r"\s*\d+(?:\.\d+)? s\s+")  # with which a line of progress begins
+DOWNLOADS = {
+    "report.html": "report",
+    "assembly.step": "STEP",
+    "quotation.zip": "quotation",
+    "bom.csv": "parts list",
+    "drawings/assembly.pdf": "assembly drawing",
+    "manual/manual.html": "manual",
+    "design.json": "design file",
+}
+"""File of a machine's folder -> what the page calls it."""
+
+
+@dataclass
+class Progress:
+    """Where a build is.
+
+    Attributes:
+        state: "idle", "running", "stopping", "built", "infeasible", "not found in time", "stopped" or "failed".
+        began: When it began, s of the monotonic clock.
+        ended: When it ended; None while it runs.
+        now: What is being done.
+        lines: What was said, the last ones.
+        facts: What `design --json` printed; {} before its end.
+        error: What is wrong where it failed.
+    """
+
+    state: str = "idle"
+    began: float = 0.0
+    ended: float | None = None
+    now: str = ""
+    lines: deque[str] = field(default_factory=lambda: deque(maxlen=KEPT))
+    facts: dict[str, Any] = field(default_factory=dict)
+    error: str = ""
+
+    def record(self) -> dict[str, Any]:
+        """The progress as JSON types."""
+        took = (monotonic() if self.ended is None else self.ended) - self.began if self.began else 0.0
+        facts = {key: self.facts[key] for key in _SHOWN if key in self.facts}
+        return {
+            "state": self.state,
+            "took_s": round(took, 1),
+            "now": self.now,
+            "lines": list(self.lines)[-12:],
+            "facts": facts,
+            "error": self.error,
+        }
+
+
+_SHOWN = (
+    "verdict",
+    "cube_side_mm",
+    "bound_mm",
+    "gap",
+    "motor",
+    "ratio",
+    "outline_mm",
+    "binding",
+    "contradiction",
+    "nearest",
+)
+
+
+class Build:
+    """One `design` at a time.
+
+    Args:
+        out: Folder of the folders of machines.
+        said: Called after each change of `progress`.
+        ended: Called with the folder of the machine that passes, when one stands.
+    """
+
+    def __init__(self, out: Path, said: Callable[[], object], ended: Callable[[Path], object]) -> None:
+        self.out, self._said, self._ended = out, said, ended
+        self.progress = Progress()
+        self._process: subprocess.Popen[str] | None = None
+        self._threads: list[Thread] = []
+        self._journal = out
+        self._cut = ""  # text of the requirements of a run that was stopped or whose time was over
+
+    @property
+    def running(self) -> bool:
+        """Whether one goes on."""
+        return self.progress.state in ("running", "stopping")
+
+    def begin(self, text: str, name: str, own_parts: Path | None) -> None:
+        """Starts `design`; goes on with the last one where it was cut short and nothing changed since.
+
+        Args:
+            text: The requirements file.
+            name: Of the design.
+            own_parts: Folder of own parts, if there is one.
+
+        Raises:
+            OSError: The requirements file cannot be written.
+        """
+        assert not self.running
+        file, self._journal = self.out / f"{name}.studio.toml", self.out / f"{name}.design.jsonl"
+        write_whole(file, text)
+        command = [sys.executable, "-m", "optimizer", "design", str(file), "--out", str(self.out), "--json"]
+        command += [] if own_parts is None else ["--catalogue", str(own_parts)]
+        command += ["--resume"] if self._cut == text else []
+        self._cut = text
+        self.progress = Progress("running", monotonic(), now="starting design")
+        environment = os.environ | {"PYTHONUNBUFFERED": "1"}
+        pipe = subprocess.PIPE
+        # a session of its own: Ctrl-C comes to it from here alone
+        process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True, errors="replace", env=environment,
+            start_new_session=True,
+        )  # fmt: skip
+        self._process = process
+        out: list[str] = []
+        reading = Thread(target=lambda: out.extend(process.stdout or ()), daemon=True)
+        watching = Thread(target=self._watch, args=(process, self.progress, reading, out, text), daemon=True)
+        self._threads = [reading, watching]
+        for thread in self._threads:
+            thread.start()
+        self._said()
+
+    def _watch(
+        self, process: subprocess.Popen[str], progress: Progress, reading: Thread, out: list[str], text: str
+    ) -> None:
+        for line in process.stderr or ():
+            if words := _STAMP.sub("", line, count=1).strip():
+                progress.now = words
+                progress.lines.append(words)
+                self._said()
+        code = process.wait()
+        reading.join()
+        for pipe in (process.stdout, process.stderr):
+            if pipe is not None:
+                pipe.close()
+        with suppress(ValueError):
+            printed = "".join(out)
+            progress.facts = json.loads(printed[printed.index("{") :])
+        progress.ended = monotonic()
+        unfinished = code == CUT_SHORT or progress.state == "stopping"
+        self._cut = text if unfinished and self._journal.is_file() else ""
+        folder = progress.facts.get("folder")
+        verdict = str(progress.facts.get("verdict", ""))
+        if not verdict:
+            stopped = progress.state == "stopping"
+            progress.error = "" if stopped else progress.now or f"design ended with exit code {code}"
+        progress.state = verdict or ("stopped" if progress.state == "stopping" else "failed")
+        if code == DONE and folder:
+            self._ended(Path(folder))
+        self._said()
+
+    def stop(self) -> None:
+        """Interrupts it, as Ctrl-C does: what stands is whole, and the next begin goes on where it was."""
+        if self.running and self._process is not None:
+            self.progress.state = "stopping"
+            with suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGINT)
+            self._said()
+
+    def close(self) -> None:
+        """Ends it and waits: by an interrupt, and by force where that does not end it."""
+        if self._process is None:
+            return
+        self.stop()
+        try:
+            self._process.wait(_KILL_S)
+        except subprocess.TimeoutExpired:
+            with suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.wait()
+        for thread in self._threads:
+            thread.join(_KILL_S)
+
+
+def downloads(folder: Path) -> list[dict[str, Any]]:
+    """Lists the files of a machine that the page offers: name, words, size in bytes."""
+    found = ((folder / name, name, words) for name, words in DOWNLOADS.items())
+    return [
+        {"name": name, "words": words, "bytes": path.stat().st_size} for path, name, words in found if path.is_file()
+    ]

@@ -1,0 +1,80 @@
+"""A build from the page: `design` in its own process, its progress, its end, and how it is stopped."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from optimizer.studio import records
+from optimizer.studio.building import Build, downloads
+from tests.optimizer.studio.tasks import JOYSTICK, session, until
+
+IMPOSSIBLE = """
+name = "impossible"
+[requirements]
+envelope_width_mm = 270
+envelope_depth_mm = 220
+cube_side_mm = 215
+force_N = 3
+"""
+
+
+@pytest.mark.slow  # 20 s of processor: the search's own verdict, by its own process
+def test_what_cannot_be_built_ends_with_the_searchs_verdict(tmp_path: Path) -> None:
+    said: list[str] = []
+    build = Build(tmp_path, lambda: said.append(build.progress.state), lambda _: said.append("ended"))
+    build.begin(IMPOSSIBLE, "impossible", None)
+    until(lambda: not build.running)
+    record = build.progress.record()
+    assert (record["state"], record["facts"]["verdict"]) == ("infeasible", "infeasible")
+    assert record["facts"]["contradiction"]
+    assert "ended" not in said
+    build.close()
+
+
+def test_a_build_that_is_stopped_ends_and_the_next_goes_on(tmp_path: Path) -> None:
+    build = Build(tmp_path, lambda: None, lambda _: None)
+    text = JOYSTICK.read_text(encoding="utf-8")
+    build.begin(text, "dashboard-joystick", None)
+    until(lambda: list(tmp_path.glob("*.design.jsonl")))  # the search has begun
+    build.stop()
+    until(lambda: not build.running)
+    assert build.progress.record()["state"] == "stopped"
+    assert build._cut == text
+    assert not (tmp_path / "dashboard-joystick").exists()
+    build.begin(text, "dashboard-joystick", None)
+    assert build._process is not None
+    assert "--resume" in build._process.args
+    build.close()
+    assert not build.running
+
+
+def test_what_design_refuses_is_said(tmp_path: Path) -> None:
+    build = Build(tmp_path, lambda: None, lambda _: None)
+    build.begin('name = "x"\n', "x", None)
+    until(lambda: not build.running)
+    record = build.progress.record()
+    assert record["state"] == "failed"
+    assert "requirements" in record["error"]
+    build.close()
+
+
+def test_a_session_that_ends_ends_its_build(tmp_path: Path) -> None:
+    with session(tmp_path) as (one, kept):
+        one.receive({"type": "build"}, "me")
+        assert kept.of("build", state="running")
+        one.receive({"type": "build"}, "me")
+        assert "under way" in kept.of("say", kind="error")[-1]["text"]
+        process = one.build._process
+        assert process is not None
+    assert process.poll() is not None
+    assert (tmp_path / "out" / "dashboard-joystick.studio.toml").is_file()
+
+
+def test_a_folder_without_a_machine_has_no_solids(tmp_path: Path) -> None:
+    assert records.solids(tmp_path) is None
+    assert downloads(tmp_path) == []
+    (tmp_path / "report.html").write_text("<html>", encoding="utf-8")
+    (tmp_path / "assembly.glb").write_bytes(b"")
+    assert records.solids(tmp_path) is None
