@@ -109,7 +109,7 @@ class Phase(NamedTuple):
 
     def step(self, words: str, log: SearchLog, objective: str, ready: float | None) -> Step:
         """What is being done, as progress tells it, with `best_so_far`: that of an eased task is none of the task."""
-        best = "" if self.of == NEAREST.of else best_so_far(log, objective, ready)
+        best = "" if self.of == NEAREST.of else best_so_far(log, objective, ready, self.number <= PARTS.number)
         return Step(words, self.name, self.number, self.of, self.done, self.total, best)
 
 
@@ -122,20 +122,22 @@ RELAXATIONS = Phase("limits whose change suffices", 1, of=2)
 NEAREST = Phase("nearest machine", 2, of=2)
 
 
-def best_so_far(log: SearchLog, objective: str, ready: float | None) -> str:
-    """Says what a search has come to: its best machine, else a candidate, else an estimate; "" before that.
+def best_so_far(log: SearchLog, objective: str, ready: float | None, estimating: bool) -> str:
+    """Says what a search has come to: its best machine, else a candidate, else an estimate; "" where there is none.
 
     Args:
         log: Its history.
         objective: What is sought.
         ready: Score of the candidate that closed forms and its masses pass; None: none.
+        estimating: Whether estimates are all there is; what is refined or built comes to less.
     """
     passed = [trial.score for trial in log.trials if trial.failed == ()]
     if passed:
         return f"{worded(objective, max(passed))}, built"
     if ready is not None:
         return f"{worded(objective, ready)} by closed forms"
-    return f"about {worded(objective, max(trial.score for trial in log.trials))}" if log.trials else ""
+    estimated = [trial.score for trial in log.trials] if estimating else []
+    return f"about {worded(objective, max(estimated))}" if estimated else ""
 
 
 class Verdict(Enum):

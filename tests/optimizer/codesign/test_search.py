@@ -133,7 +133,8 @@ def test_the_best_so_far_is_a_machine_that_passed_before_it_is_an_estimate(
 ) -> None:
     choice = Selection(MOTORS[0], "capstan", 5.0, 50.0)
     log = SearchLog(trials=[Trial(choice, score, failed) for score, failed in scores])
-    assert best_so_far(log, objective, ready) == words
+    assert best_so_far(log, objective, ready, estimating=True) == words
+    assert best_so_far(log, objective, ready, estimating=False) == ("" if words.startswith("about") else words)
 
 
 def test_a_nearest_machine_has_steps_of_its_own_and_no_best_of_an_eased_task() -> None:
