@@ -78,6 +78,9 @@ def test_stall_torque_follows_from_voltage_resistance_and_torque_constant(motor:
 @EACH_MOTOR
 def test_the_continuous_current_heats_the_winding_to_no_more_than_its_limit(motor: Motor) -> None:
     inner, outer = motor.thermal_resistance_winding_housing_K_W, motor.thermal_resistance_housing_ambient_K_W
+    if inner is None and outer is not None:  # a hobby motor, rated by its surface alone: cool enough for a print
+        assert outer * motor.resistance_ohm * (motor.nominal_torque_N_m / motor.torque_constant_N_m_A) ** 2 < 40.0
+        return
     if inner is None or outer is None or motor.max_winding_temperature_C is None:
         assert motor.thermal_resistance_winding_housing_K_W is motor.thermal_resistance_housing_ambient_K_W is None
         return
@@ -92,7 +95,8 @@ def test_the_continuous_current_heats_the_winding_to_no_more_than_its_limit(moto
 
 @EACH_MOTOR
 def test_the_peak_torque_is_short_and_bounded(motor: Motor) -> None:
-    assert motor.nominal_torque_N_m < motor.peak_torque_N_m < 0.6 * motor.stall_torque_N_m
+    share = 0.95 if motor.drive_board else 0.6  # a gimbal motor is wound for torque at next to no speed
+    assert motor.nominal_torque_N_m < motor.peak_torque_N_m < share * motor.stall_torque_N_m
     assert motor.peak_torque_N_m <= 3.01 * motor.nominal_torque_N_m  # 3 x, rounded to 3 digits
     inner, time = motor.thermal_resistance_winding_housing_K_W, motor.thermal_time_constant_winding_s
     if inner is None or time is None:
