@@ -112,16 +112,16 @@ def test_a_change_that_includes_another_which_does_alone_is_not_stated() -> None
 
 def test_the_base_radii_of_all_chains_are_stated_as_one_change(monkeypatch: pytest.MonkeyPatch) -> None:
     design = load_design(COMMITTED)
-    monkeypatch.setattr(Variants, "gone", lambda _, values, *__: values[BASE] >= 29.0)
+    monkeypatch.setattr(Variants, "gone", lambda _, values, *__: values[BASE] >= 32.0)
     (one,) = _threshold(Variants(design), "", Reason("foot_block", "place", ""), larger(BASE, PLATFORM))
     m = design.mechanism
     assert m.base_radii_mm is not None
-    by = 29.0 - m.base_radius_mm
+    by = 32.0 - m.base_radius_mm
     was, must = (", ".join(f"{radius + more:.5g}" for radius in m.base_radii_mm) for more in (0.0, by))
     radii = f"mechanism.base_radii_mm = [{was}] must be at least [{must}], each {by:.4g} mm longer"
     platform = f"{PLATFORM} = {m.platform_radius_mm:g} at least {m.platform_radius_mm + by:.5g}"
     assert str(one) == f"{radii} with {platform}"
-    found = changed(design, {BASE: 29.0})
+    found = changed(design, {BASE: 32.0})
     assert found is not None
     assert list(by_chain(design, {BASE: m.base_radius_mm}).values()) == list(m.base_radii_mm)
     assert found.mechanism.base_radii_mm == pytest.approx(
@@ -133,10 +133,10 @@ def test_a_suggestion_names_the_base_radii_that_its_file_states(monkeypatch: pyt
     design = load_design(COMMITTED)
     radii = design.mechanism.base_radii_mm
     assert radii is not None
-    monkeypatch.setattr(_Search, "found", lambda _: {BASE: 29.0})
+    monkeypatch.setattr(_Search, "found", lambda _: {BASE: 32.0})
     found = suggestion(design)
     assert found is not None
-    more = 29.0 - radii[0]
+    more = 32.0 - radii[0]
     each = (f"mechanism.base_radii_mm[{i}] = {one + more:.6g} (was {one:.6g})" for i, one in enumerate(radii))
     assert str(found) == ", ".join(each)
     assert design_from_dict(design_to_dict(found.design)).geometry == found.design.geometry
