@@ -133,7 +133,7 @@ FIGURES: dict[str, Callable[[Dimensions, Path], str]] = {
     "position Ø0.05 A B C": lambda _, f: f"position Ø{2 * link_mm(f, 'motor_cheek', 'seat from its dowels'):g} A B C",
     "coaxiality Ø0.05 A": lambda _, f: f"coaxiality Ø{2 * link_mm(f, 'pinion', 'groove off its bore'):g} A",
     "position Ø0.05 CZ A": lambda _, f: f"position Ø{2 * link_mm(f, 'base_plate', 'place of a dowel'):g} CZ A",
-    "with a mandrel 16 h6 in both seats": lambda d, _: f"with a mandrel {d.bearing.outer_mm:g} h6 in both seats",
+    "with a mandrel 16 h5 in both seats": lambda d, _: f"with a mandrel {d.bearing.outer_mm:g} h5 in both seats",
     "equally long to 0.04 mm": lambda d, _: (  # either rod's seats, on the balls of one jig, off by their play
         f"equally long to {2 * (d.forearm.seat_diameter_mm + 0.005 - d.forearm.ball_diameter_mm):.2g} mm"
     ),
@@ -146,7 +146,7 @@ ISO_286 = {(7, 18): 18, (7, 3): 10}
 """Grade and upper end of the range of diameter, mm -> standard tolerance, um, of ISO 286-1 by hand."""
 NORMS = re.compile(
     r"EN AW-7075 T6|EN 485-2|EN 755-2|1\.4305 \(\+A\)|EN 10088-3|DIN 76-1|VDI 2230|\bG10\b|6g|Chain 0|from 0|^0 and|"
-    r"ISO (965-1: 6H|13715|8015|6411-A1/2\.12|7599-AA10|10074, 0\.025 mm|14405-1)"
+    r"ISO (965-1: 6H|13715|8015|6411-A1/2\.12|10074, 0\.025 mm|14405-1)"
 )
 """Names of materials, norms, grades and places, in which a digit is no figure of the machine."""
 DRAWN = {
