@@ -224,7 +224,7 @@ def test_a_machine_that_is_worse_than_a_default_that_was_left_out_is_poor(
     assert call(file, "--out", tmp_path / "out") == 0
     first = capsys.readouterr().out.splitlines()[0]
     assert first.startswith("built: holds, but poor as a haptic device: ") is not stated
-    assert ("effective mass 0.763 kg, at most 0.6" in first) is not stated
+    assert ("effective mass 0.76 kg, at most 0.6" in first) is not stated
     assert ("continuous force" in first) is stated
 
 
