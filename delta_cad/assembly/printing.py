@@ -20,9 +20,7 @@ import numpy as np
 from delta_cad.assembly.tessellation import Mesh, tessellate
 from delta_cad.catalogue.families.fasteners.insert import Insert, insert_of
 from delta_cad.common.memoize import memoize
-from delta_cad.solids.boring import tool
 from delta_cad.solids.part import Bore, Part, Triple
-from delta_cad.solids.primitive import cut, cylinder, fuse, one_solid
 
 SHRINK_MM = {"fdm": 0.2, "sls": 0.1}
 """By which a printed hole comes out narrower than drawn. Source: layer-one.com.au/blog/design-for-3d-printing-guide;
@@ -99,6 +97,9 @@ def print_body(part: Part) -> Any:
     Raises:
         BuildError: The cuts leave no valid solid.
     """
+    from delta_cad.solids.boring import tool  # these load the CAD kernel
+    from delta_cad.solids.primitive import cut, cylinder, fuse, one_solid
+
     together = [bore for hole in part.holes for bore in hole.bores if bore.reamed_with]
     plugs = [cylinder(bore.diameter_mm, bore.start_mm, _end(bore)) for bore in together]
     solid = fuse(part.solid, *plugs) if plugs else part.solid

@@ -386,7 +386,8 @@ class ProgressLine:
             ProgressLine._now = None
         if not self._done.is_set():
             self._done.set()
-            self._clock.join()
+            if self._clock.is_alive():  # Ctrl-C may come before it has begun
+                self._clock.join()
             self._erase()
             if kind is None:
                 self.left.keep(self._seconds())

@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 
 from delta_cad.design import Design, design_hash
+from delta_cad.dimensions import Dimensions
+from delta_cad.export.shop.jigs import jigs_of
 from tests.committed import Built
 from tests.delta_cad.export.shop.quoted import check_quotation
 from tests.terminal import said
@@ -30,7 +32,7 @@ def test_its_figures_stay_where_they_are(built: Built) -> None:
     values = {check["name"]: check["value"] for check in built.record["checks"]}
     # polished: another processor has other last digits
     assert values["clearance"] == pytest.approx(2.373485502217071, rel=1e-6)
-    assert built.record["cost_EUR"] == 3554.02
+    assert built.record["cost_EUR"] == 3191.03
 
 
 def test_the_build_holds_every_promised_file_and_its_hash(built: Built, best_assembly: Any) -> None:
@@ -64,11 +66,13 @@ def test_the_build_holds_every_promised_file_and_its_hash(built: Built, best_ass
     assert [p.name for p in built.folder.parent.iterdir()] == [built.folder.name]  # nothing is left beside it
 
 
-def test_a_shop_gets_every_made_part_in_one_archive(built: Built, best_assembly: Any) -> None:
+def test_a_shop_gets_every_made_part_and_jig_in_one_archive(
+    built: Built, best_assembly: Any, best_dimensions: Dimensions
+) -> None:
     made = {part.number: part for part in best_assembly.parts if part.make}
     rows = check_quotation(built.folder)
-    assert [row["part_number"] for row in rows] == list(made)
-    assert all(f"{number}/{number}.pdf" in row["files"].split() for number, row in zip(made, rows, strict=True))
+    assert [row["part_number"] for row in rows] == [*made, *(jig.part.number for jig in jigs_of(best_dimensions))]
+    assert all(f"{number}/{number}.pdf" in row["files"].split() for number, row in zip(made, rows, strict=False))
     with (built.folder / "bom.csv").open(newline="", encoding="utf-8") as file:
         listed = {row["part_number"]: row for row in csv.DictReader(file)}
     for row in rows:

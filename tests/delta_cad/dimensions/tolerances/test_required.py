@@ -48,10 +48,10 @@ CHAIN: dict[tuple[str, str], tuple[str, ...]] = {  # part, kind of tolerance -> 
     ("sector", "position 3"): ("holes drilled for the dowels",),
     ("sector", "position 5"): ("place of its slot's end",),
     ("sector", "length"): ("from the arm to its collar",),
-    ("sector", "size 75.06"): ("radius of its rim",),
-    ("pinion", "coaxiality 15.048"): ("groove off its bore",),
-    ("pinion", "size 15.318"): ("diameter of its crest",),
-    ("pinion", "size 15.048"): ("diameter of its groove",),
+    ("sector", "size 77.86"): ("radius of its rim",),
+    ("pinion", "coaxiality 15.046"): ("groove off its bore",),
+    ("pinion", "size 15.316"): ("diameter of its crest",),
+    ("pinion", "size 15.046"): ("diameter of its groove",),
     ("platform", "position 8.04"): ("place of a bar's bore",),
 }
 SQUARE = "square to what it is put on: a datum that other zones count from, of one clamping; no chain has it"
