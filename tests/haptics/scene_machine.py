@@ -10,7 +10,7 @@ from delta_cad.drive.masses import Masses
 from haptics.model.machine import MachineModel
 from tests.committed import BEST, ROOT, changed
 
-MASSES = Masses(0.06535, 0.002219, -3.489e-4, 1.828e-4, 0.003798, 0.001424, 0.003798, 7.922e-5)
+MASSES = Masses(0.06535, 0.002219, -3.489e-4, 1.828e-4, 0.003724, 0.001385, 0.003724, 7.922e-5)
 """Of the solids of `tests.committed.BEST` to three digits; `gravity.test_gravity` holds them to the build."""
 
 WITHOUT_NOISE = {"repeats": math.inf, "all_repeat": math.inf}

@@ -131,7 +131,7 @@ def test_shares_add_up_and_positions_may_have_any_shape() -> None:
     machine = table()
     parts = compliance(machine, places()).at_knob()
     found = softest(parts)
-    assert tuple(parts) == ELEMENTS
+    assert tuple(parts) == tuple(name for name in ELEMENTS if name != "bench plate")
     np.testing.assert_allclose(np.sum(list(found.shares.values()), axis=0), 1.0, atol=1e-12)
     assert all((share > -1e-12).all() for share in found.shares.values())
     grid = places().reshape(2, 6, 3)

@@ -324,7 +324,7 @@ ALLOWED = {
     "bond_mm2": pi * 2.8 * 8.0,
     "bond_N_mm2": 2.0,
     "buckling_N": pi**2 * 120e3 * pi / 64.0 * (5.0**4 - 3.0**4) / 143.196**2 / 3.0,
-    "hub_N_mm": SCREW_M4 * (9.75**2 + 8.0**2) / (8.0 * 9.75),  # (Ro^2 + Ri^2) / (4 Ro) of the diameters
+    "hub_N_mm": SCREW_M4 * (10.0**2 + 8.0**2) / (8.0 * 10.0),  # (Ro^2 + Ri^2) / (4 Ro) of the diameters
     "bar_1_mm3": 6.0 / (8.0 * 16.0**2),  # the elbow's boss, 16 mm, is shorter than the platform's
     "bar_mm2": pi * 8.0 * 16.0,
     "bar_N_mm2": 6.0,

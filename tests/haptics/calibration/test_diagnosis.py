@@ -9,11 +9,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from delta_cad.design import Design, load_design
+from delta_cad.design import Design, design_from_dict, load_design
 from haptics.calibration.diagnosis import Cause, causes, fits
 from haptics.calibration.fit import Fit, FitError, Noise, fit
 from haptics.calibration.poses import Poses
-from tests.committed import BEST, ROOT
+from tests.committed import BEST
+from tests.designs import placed
 from tests.haptics.calibration.devices import cube_points, made, measured
 
 NOISE = Noise(0.02e-3, 5e-5)
@@ -104,7 +105,7 @@ def test_readings_of_other_chains_are_named_where_chains_are_placed_and_the_fram
     order: tuple[int, int, int],
 ) -> None:
     """Free lengths fit the poses of a machine turned by a chain, but to a machine that nobody drew."""
-    machine, rng = load_design(ROOT / "best.json"), np.random.default_rng(5)
+    machine, rng = design_from_dict(placed()), np.random.default_rng(5)
     poses = measured(made(machine, rng), cube_points(machine, rng, 40), rng)
     found = named(replace(poses, readings=poses.readings[:, list(order)]), own_frame=True, of=machine)
     holds = ", ".join(f"reading_{k}_deg holds reading_{n}_deg" for k, n in enumerate(order) if k != n)

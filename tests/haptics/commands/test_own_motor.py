@@ -37,7 +37,7 @@ RE_30 = {
     "resistance_ohm": "0.611",
 }
 ROW = MOTOR | RE_30 | {"nominal_torque_N_m": "0.2"}
-PEAK_FORCE_N = 5.0  # what the shaft's load of a motor that states none allows
+PEAK_FORCE_N = 4.8  # what the shaft's load of a motor that states none allows
 
 
 def own_design(folder: Path, **cells: str) -> Path:
