@@ -135,7 +135,7 @@ def test_every_command_has_the_same_verdict_next_to_a_limit(seed: int, count: in
             assert said["inspect"].keys() == said["check"].keys()
 
 
-@pytest.mark.parametrize(("most", "code"), [(0.79763, 0), (0.7976, 1)])
+@pytest.mark.parametrize(("most", "code"), [(0.79974, 0), (0.7997, 1)])
 def test_friction_between_the_positions_of_a_grid_is_seen_by_all(
     most: float, code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -155,10 +155,10 @@ def test_friction_between_the_positions_of_a_grid_is_seen_by_all(
     built = check_limits(d, json.loads(masses(tmp_path, design, 1e-4).read_text()))
     found = {one.name: one for one in check_ranges(design.geometry, built)}["friction"]
     assert found.passed is (code == 0)
-    assert found.value == row["value"] == pytest.approx(0.797624, abs=5e-6)
+    assert found.value == row["value"] == pytest.approx(0.799730, abs=5e-6)
     limit = built.pose["friction"]
     on_grid = limit.figures[0].worst(limit, design.geometry, built.poses_mm() / 1e3).max()
-    assert on_grid < 0.7976 < (found.value or 0.0)
+    assert on_grid < 0.7997 < (found.value or 0.0)
 
 
 def test_without_the_compiler_the_search_decides_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
