@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from delta_cad.common.console import ProgressLine
+from delta_cad.common.console import NOT_BUILT, ProgressLine, refuse
 from delta_cad.common.files import RECORD, record_with, whole_folder, write_all
 from delta_cad.common.reading import ReadError, read_json
 from delta_cad.design import NAME_LONGEST, Design, design_hash, design_to_json
@@ -371,7 +371,7 @@ def build_front(points: Sequence[MachinePoint], name: str, out: Path, line: Prog
         try:
             build(design, out, tell)
         except geometry_errors() as error:
-            line.keep(f"{number}: {error}")
+            refuse(f"{number}: {error}", NOT_BUILT)
             continue
         built = existing_builds({point.name: point.design for point in points}, out)
         text = machines_page(points, name, place.as_posix(), built)

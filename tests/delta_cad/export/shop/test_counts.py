@@ -51,6 +51,7 @@ def drawn(path: Path) -> Counter[str]:
         if thread := re.match(r"M[\d.]+", match[2]):
             counts[thread[0]] += times
         counts["either"] += times * text.count("±")
+        counts["own"] += times * len(re.findall(r"^slot [\d.]+ H7 wide", match[2]))  # limits of a width, in a STEP file
     for symbol in svg_symbols(path):
         if symbol.split()[0] in KINDS or symbol.startswith("datum"):
             counts[symbol] += 1
