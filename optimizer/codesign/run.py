@@ -29,6 +29,7 @@ GRACE_S = 20.0  # beyond the time, in which a build that was begun may come to i
 _BOUND_S, _BOUND_MOST_S = 80.0, 300.0  # for a machine's bound, and where it is not close by then
 _STATED = 0.5  # share by which a bound may exceed its machine, and still be stated
 HURRIED = "half of the time had gone without a machine: ratio, pinion and width were not improved to the end"
+NO_DIRECT_DRIVE = "half of the time had gone: no direct drive was tried in place of the capstan, --minutes gives more"
 NO_BOUND = "the time ended before it was proved how much larger a cube of this family can be"
 _NEAREST, _NEAREST_NAME = 2, "-nearest"  # eased tasks of which one is built, and the end of its name
 _EASIER = (1.0, 1.12, 1.25, 1.5)  # factors by which what gives does so once more, where no machine of it passes
@@ -194,7 +195,8 @@ class Builder:
             elif placed:
                 proved = replace(proved, placed_mm=built_candidate.side_mm)
         run.show("a direct drive")
-        alternative = "" if self._hurried() else direct_alternative(brief, stated)
+        left_out = stated.hardware.drive != "direct" and self._hurried()
+        alternative = NO_DIRECT_DRIVE if left_out else direct_alternative(brief, stated)
         self._closes_s = run.clock()
         placement = report.placement_of(brief, built_candidate, symmetric)
         built.facts = report.facts_of(brief, outcome, log, proved, placement)

@@ -8,20 +8,23 @@ from typing import Any, cast
 
 import pytest
 
+from delta_cad import catalogue
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.report import CheckResult
 from delta_cad.commands.pipeline import Outcome
-from delta_cad.design import Design, design_from_dict
+from delta_cad.design import Design, design_from_dict, load_design
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.export.shop.cost.cost import machine_cost
+from delta_cad.structure.hardware.refusals import refusals
+from delta_cad.structure.hardware.suggestion import suggestion
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.corrections import Corrections, reference
-from optimizer.codesign.hardware import Selection, cheapest, price_EUR
+from optimizer.codesign.hardware import Selection, cheapest, direct_alternative, price_EUR, with_direct_drive
 from optimizer.codesign.lengths import Found, best_lengths
 from optimizer.codesign.relaxation import RESOLUTION, costs
 from optimizer.codesign.search import Search
 from optimizer.problem.brief import DesignBrief, Goal, brief_from_dict
-from tests.committed import changed
+from tests.committed import COMMITTED, changed
 from tests.delta_cad.catalogue.offered import offered
 
 NEAR = 0.04  # share by which an estimate may be off; parts as made differ in clampings and in what grows
@@ -192,3 +195,28 @@ def test_a_limit_costs_what_the_search_resolves_or_nothing(monkeypatch: pytest.M
     monkeypatch.setattr("optimizer.codesign.relaxation.best_lengths", searched)
     (one,) = costs(required, candidate, Corrections(reference()))
     assert (one.field, one.gain) == ("feel.kappa_max", pytest.approx(gains["feel.kappa_max"]))
+
+
+def test_the_direct_drive_that_is_reported_passes_the_closed_forms(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of one motor: the lengths of the sentence make a machine that nothing refuses; without it none serves."""
+    key, rows = "maxon-ec60flat-625858", dict(catalogue.motor.rows)
+    design = load_design(COMMITTED)
+    found: list[Any] = []
+
+    def suggested(one: Design) -> Any:
+        result = suggestion(one)
+        found.extend([result] if result is not None else [])
+        return result
+
+    monkeypatch.setattr("optimizer.codesign.hardware.suggestion", suggested)
+    capstans = {name: row for name, row in rows.items() if "direct" not in row.drives}
+    monkeypatch.setitem(catalogue.motor.__dict__, "rows", capstans | {key: rows[key]})
+    text = direct_alternative(brief(), design)
+    (one,) = found
+    assert refusals(one.design) == ()
+    assert (one.design.hardware.drive, one.design.hardware.motor) == ("direct", key)
+    assert text.startswith(f"A direct drive is simpler and serves, too: with {key} about ")
+    assert all(f"{field} {value:.4g}" in text for field, value in one.values.items() if isinstance(value, float))
+    assert direct_alternative(brief(), with_direct_drive(design, rows[key])) == ""
+    monkeypatch.setitem(catalogue.motor.__dict__, "rows", capstans)
+    assert direct_alternative(brief(), design).startswith("A direct drive does not serve")
