@@ -177,7 +177,7 @@ class AssemblyBuilder:
         self._parts: dict[str, Part] = {}
 
     def once(self, key: str, make: Callable[..., Part], *of: object) -> Part:
-        """Makes the part of a key, by a function of what it is made of alone, the first time it is asked for."""
+        """Makes the part of a key, on first use, by a function of these arguments alone."""
         named = f"{make.__module__}.{make.__qualname__}", of
         return self._once(key, lambda: cached("part", named, lambda: make(*of)))
 

@@ -1,8 +1,9 @@
 """What a printer is given of a printed part: its orientation, and the body with the holes that it is printed with.
 
 The machine is drawn with its inserts in: a thread is there as its core. The body to print has the insert's hole
-instead, and other holes are wider by what they shrink. A bore with a fit is drawn as it is: it comes out narrower by
-that, and is reamed. Dowels' holes that are reamed through two parts at assembly have their pilot hole, or none.
+instead, and other holes are wider by what they shrink. A bore with a fit has its nominal diameter: it comes out
+narrower by that, and is reamed. Dowels' holes that are reamed through two parts at assembly have their pilot hole, or
+none.
 """
 
 # pyright: reportAttributeAccessIssue=false
@@ -42,7 +43,7 @@ def inserts_of(part: Part) -> list[tuple[Bore, Insert]]:
 
 @memoize
 def print_up(part: Part) -> np.ndarray:
-    """Finds the axis of a part that points up as it is printed, (3,): that with the least area to support."""
+    """Finds the axis of a part that points up in the printer, (3,): that with the least area to support."""
     ways = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
     overhangs = [overhang_mm2(part, up) for up in ways]
     beds = [_bed_mm2(part, up) for up in ways]

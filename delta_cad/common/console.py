@@ -338,7 +338,7 @@ def _durations() -> Path:
 
 
 def _rounded(seconds: float) -> str:
-    """A time as an estimate is told: in steps of 5 s, from 90 s on in minutes."""
+    """Formats an estimated time: in steps of 5 s, from 90 s on in minutes."""
     return f"{max(5, 5 * round(seconds / 5))} s" if seconds < 90.0 else f"{round(seconds / 60)} min"
 
 
@@ -358,13 +358,13 @@ class ProgressLine:
         work: Name of the work, whose moments are kept for the estimate of the next one's time left; "": none.
 
     Attributes:
-        as_json: Whether events are told as JSON.
+        as_json: Whether events are written as JSON.
         left: The estimate of the time left.
     """
 
     as_json: ClassVar[bool] = False
     _now: ClassVar[ProgressLine | None] = None
-    _printed_s: ClassVar[float] = -math.inf  # when a line was last told where nobody watches
+    _printed_s: ClassVar[float] = -math.inf  # when a line was last written to a pipe or file
 
     def __init__(self, until_heard: bool = False, work: str = "") -> None:
         self._until_heard, self._reported = until_heard, False
@@ -404,7 +404,7 @@ class ProgressLine:
 
     @staticmethod
     def event(kind: str, **facts: Any) -> bool:
-        """Tells an event where events are told as JSON; returns whether they are."""
+        """Writes an event where events are written as JSON; returns whether they are."""
         if ProgressLine.as_json:
             with suppress(OSError, ValueError):
                 print(json.dumps({"event": kind} | facts), file=sys.stderr, flush=True)
@@ -433,7 +433,7 @@ class ProgressLine:
             self._tell()
 
     def keep(self, text: str) -> None:
-        """Tells something that was found: on a terminal on a line that stays, elsewhere the newest with the next."""
+        """Reports something that was found: on a terminal on a line that stays, elsewhere the newest with the next."""
         if self.as_json:
             self._send("found", text=text)
         elif self._live:
@@ -456,7 +456,7 @@ class ProgressLine:
             self._tell()
 
     def _pause_s(self) -> float:
-        """Time until the line is told again, s."""
+        """Time until the line is written again, s."""
         if self._live and not self._until_heard:
             return 1.0
         since = time.monotonic() - ProgressLine._printed_s
@@ -503,6 +503,6 @@ _EVENT_S = 0.1  # s between two events of one step
 def _fitting(line: str) -> str:
     """A line without what the terminal has no room for: it would go on in a second one, which is not erased."""
     with suppress(OSError, ValueError):
-        columns = os.get_terminal_size(sys.stderr.fileno()).columns  # 0: nobody has said
+        columns = os.get_terminal_size(sys.stderr.fileno()).columns  # 0: unknown
         return line if not columns or len(line) < columns else f"{line[: max(0, columns - 4)]}..."
     return line

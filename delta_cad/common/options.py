@@ -148,7 +148,7 @@ PROGRESS = Option(
     "--progress",
     choices=("text", "json"),
     default="text",
-    help="how progress is told on stderr: a line for people, or one JSON object a line; default: text",
+    help="form of progress on stderr: a line for people, or one JSON object a line; default: text",
 )
 OUT_FOLDER = Option("--out", type=Path, default=OUT, metavar="DIR", help=f"parent folder of results; default: {OUT}")
 

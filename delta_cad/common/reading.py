@@ -93,7 +93,7 @@ def _content(descriptor: int, most_bytes: int, name: str) -> bytes:
         if piece:
             pieces.append(piece)
             left -= len(piece)
-        elif not pipe or came is None or came.poll(0):  # a pipe says so if somebody had it open and has closed it
+        elif not pipe or came is None or came.poll(0):  # a pipe reports that its writer has closed it
             break
         elif time.monotonic() > deadline:
             raise ReadError(name, "", "", "is a pipe that nobody writes into; must be a file, or a pipe with a writer")

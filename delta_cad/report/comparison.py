@@ -13,7 +13,7 @@ from delta_cad.report.page import ASSETS, VENDOR, environment, json_script, page
 
 _SCRIPTS = ("kinematics.js", "viewer.js", "grip.js", "maps.js", "compare.js")
 _LEFT_OUT = "slices"  # of a scene
-_MOST_DIGITS = 12  # with which two figures that differ are told apart
+_MOST_DIGITS = 12  # with which two figures that differ are distinguished
 _DIGITS = 5
 
 

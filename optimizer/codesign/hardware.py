@@ -284,7 +284,7 @@ def direct_alternative(brief: DesignBrief, design: Design) -> str:
     cube and requirements stay. The cheapest motor that serves is reported. Nothing is built.
 
     Args:
-        brief: What is asked.
+        brief: The requirements.
         design: The machine that was found.
 
     Returns:

@@ -108,7 +108,7 @@ class Phase(NamedTuple):
     of: int = 4
 
     def step(self, words: str, log: SearchLog, objective: str, ready: float | None) -> Step:
-        """What is being done, as progress tells it, with `best_so_far`: that of an eased task is none of the task."""
+        """Step of progress, with `best_so_far`, which an eased task does not have."""
         best = "" if self.of == NEAREST.of else best_so_far(log, objective, ready, self.number <= PARTS.number)
         return Step(words, self.name, self.number, self.of, self.done, self.total, best)
 

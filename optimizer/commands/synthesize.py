@@ -269,7 +269,7 @@ def _bound(result: Result, unit: str) -> str:
 
 
 def _status(at: Progress) -> Step:
-    """What a run is doing, as progress tells it: of the paper's three steps, whichever are run."""
+    """Step of progress of a run: of the paper's three steps, whichever are run."""
     what = "kappa" if at.step == 3 else "half side"
     best = "" if math.isnan(at.best) else f"{what} {at.best:.5g}"
     units = (at.done, at.total) if at.phase in ("ga", "sqp") else (0, 0)

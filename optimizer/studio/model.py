@@ -50,7 +50,7 @@ class Solver:
     """Finds lengths, one task after the other, each from those of the last.
 
     Attributes:
-        known: Motor, drive and placement -> what closed forms of the parts asked for.
+        known: Motor, drive and placement -> what closed forms of the parts require.
         last: The last lengths that were found.
     """
 

@@ -45,7 +45,7 @@ class Drawer:
         return body(found, self._sizes)
 
     def measure(self, found: Solved) -> bool:
-        """Derives the sizes of a machine; tells whether they are others."""
+        """Derives the sizes of a machine; returns whether they have changed."""
         before, found_sizes = self._sizes, sizes(found)
         self._sizes = found_sizes or before
         return self._sizes != before

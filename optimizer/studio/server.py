@@ -1,6 +1,6 @@
 """The studio's server: its page, its scripts, the machine's files, and the WebSocket of its viewers, behind the door.
 
-All that a page loads comes from here: its policy lets no script run and nothing be asked of any other place.
+All that a page loads comes from here: its policy allows no other script and no request to another host.
 """
 
 from __future__ import annotations

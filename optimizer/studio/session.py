@@ -270,7 +270,7 @@ class Session:
             self.document = replace(self.document, text=text, file=path.name)
             self.own = replace(self.setting, by=("", 0))
             self._touched.clear()
-        why = " (the file had changed on the disk and is left as it is)" if other else ""
+        why = " (the file had changed on the disk and stays unchanged)" if other else ""
         self._say("saved", f"saved to {path.name}{why}")
         self._tell(self._state())
 

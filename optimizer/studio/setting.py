@@ -99,7 +99,7 @@ def of_size(brief: DesignBrief, size: float | None) -> DesignBrief:
 
     Args:
         brief: The task.
-        size: See `Solved.size`; None for the task as it is.
+        size: See `Solved.size`; None for the task unchanged.
     """
     if size is None:
         return brief

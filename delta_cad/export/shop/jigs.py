@@ -50,7 +50,7 @@ _GROOVE_MM = (6.0, 1.0, 0.5)  # of the gauge's end that does not go: from the en
 _GRIP_MM = 15.0  # of the mandrel past either cheek, to turn it by
 _END_MM, _GRIP_PLAY_MM = 0.5, 0.5  # of the mandrel off a seat's floor, and radial in the lip
 _BALLS = {"rod_jig_ball": 2, "seat_gauge_go": 1, "seat_gauge_no_go": 1}
-_GAUGE_BALL = "to size; verified: no: makers of gauge balls grind any diameter, none was asked"
+_GAUGE_BALL = "to size; verified: no, from memory: makers of gauge balls grind any diameter"
 
 
 @dataclass(frozen=True)

@@ -81,7 +81,7 @@ class Refusals:
 
     def __init__(self, say: Callable[[str], object], now: Callable[[], float] = monotonic) -> None:
         self._say, self._now, self._lock = say, now, Lock()
-        self._waiting: dict[str, tuple[int, float]] = {}  # kind -> how many were not told, and when it was told last
+        self._waiting: dict[str, tuple[int, float]] = {}  # kind -> number not logged, time of its last log line
         self.count = 0
 
     def add(self, kind: str) -> None:
@@ -111,7 +111,7 @@ class Door:
     """Decides whether a request may reach a server.
 
     Args:
-        host: Address that the server listens on, as it is printed.
+        host: Address that the server listens on, in its printed form.
         port: Its port.
         say: Takes a line about what was refused.
         protocol: Subprotocol that a WebSocket of this page names.

@@ -52,7 +52,7 @@ def stock_spacer(thread: str, length_mm: float, outer_mm: tuple[float, float], m
         material: Id of its material; "": any.
 
     Returns:
-        The row; None: nobody has one in stock, and it has to be made.
+        The row; None: none is in stock, and it has to be made.
     """
     low, high = outer_mm
     for row in spacer.rows.values():
