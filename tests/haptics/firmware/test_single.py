@@ -83,11 +83,13 @@ def test_an_empty_tank_keeps_its_promise_where_it_decides_otherwise_than_in_doub
 ) -> None:
     empty = board_controller(machine, at_rate(RATE_Hz), stale=0.1, **EMPTY)
     recorded = recording(machine, 6000, seed, empty.limits.period, faults=False)._replace(laws=TWINS)
-    _, torque, _ = by_python(empty, recorded)
-    single = replay(compile_host(write(empty, MIXED, tmp_path)), recorded, "f4")[0]["torque"].astype(float)
+    bits, torque, _ = by_python(empty, recorded)
+    answers = replay(compile_host(write(empty, MIXED, tmp_path)), recorded, "f4")[0]
+    single = answers["torque"].astype(float)
     error = np.abs(single - torque).max(axis=-1)
     assert error.max() > 1e-4  # else the case below is none
-    assert np.quantile(error, 0.97) < 1e-4
+    # An empty tank has two stable answers, a force withheld and a force given back: rounding may choose, nothing else.
+    assert np.all(bits[error > 1e-4] & answers["bits"][error > 1e-4] & FaultCode.ENERGY_LIMITED.bit)
     for one in (torque, single):
         assert 0.9 * EMPTY["energy"] < most_given_J(empty, recorded, one) < EMPTY["energy"]
 
