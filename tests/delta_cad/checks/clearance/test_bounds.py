@@ -1,5 +1,7 @@
 """Bounds for all angles at once, pieces of bodies and gaps of hulls: never above what dense sampling finds."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
@@ -279,6 +281,29 @@ def test_the_gap_of_hulls_is_never_above_the_distance_and_is_it_between_convex_b
             assert gap <= d + 1e-9
             if exact and i == j == 0:  # boxes are convex; the meshes of balls not quite
                 assert gap == pytest.approx(d, abs=1e-6)
+
+
+def test_the_gaps_of_many_boxes_take_little_memory_and_are_those_of_each() -> None:
+    bodies = [body(f"{k}", f"{k}", "fixed", tessellate(ball(3), 0.005, 0.1), at(9.0 * k, 0, 0)) for k in range(2)]
+    pairs = Pairs(bodies, np.zeros(1, int), np.ones(1, int), np.ones(1), [("0", "1")])
+    bounds, many = BoxBounds(spaces.Fixed("test", pairs, ("fixed",))), 20_000
+    corners = len(bounds.hull(0))
+    normal = RNG.normal(size=(many, 3))
+    frames = np.tile(np.eye(4), (many, 1, 1))
+    one, other = np.zeros(many, int), np.ones(many, int)
+    tracemalloc.start()
+    try:
+        gaps = bounds.hulls_gap(one, other, normal, frames, frames, lambda _k, of, *_: np.zeros((len(of), corners)))
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert many * corners * 8 > 4 * peak  # else one array of all corners would do
+    some = slice(0, many, 997)
+    each = [
+        bounds.hulls_gap(one[k], other[k], normal[k], frames[k], frames[k])
+        for k in np.split(np.arange(many), many)[some]
+    ]
+    assert gaps[some] == pytest.approx(np.concatenate(each), abs=1e-12)
 
 
 def test_a_halved_bound_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
