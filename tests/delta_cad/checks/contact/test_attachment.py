@@ -173,7 +173,7 @@ def test_the_committed_machine_is_screwed_together_and_its_spoiled_copies_are_re
 
     assert failed(best_assembly) == {}
     assert failed(shifted(best_assembly, "knob", z=30.0))["parts attached"] == ("knob",)
-    assert failed(shifted(best_assembly, "foot_2", z=-25.0))["parts attached"] == ("foot_2",)
+    assert failed(shifted(best_assembly, "encoder_board_2", x=300.0))["parts attached"] == ("encoder_board_2",)
     assert "screws seated" in failed(shifted(best_assembly, "motor_1", y=2.0))
     assert any(
         name.startswith("motor_screw_1_") for name in failed(shifted(best_assembly, "motor_1", y=2.0))["screws seated"]
