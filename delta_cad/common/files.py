@@ -427,7 +427,7 @@ def _is_at(descriptor: int, path: Path) -> bool:
 def _clear_stale(path: Path) -> None:
     """Removes what killed runs left beside a path: parts on which nobody holds a lock."""
     own = re.compile(rf"\.{re.escape(path.name)}\.[0-9a-f]{{16}}\.part")
-    for part in path.parent.iterdir():
+    for part in _listed(path.parent):
         if own.fullmatch(part.name):
             with contextlib.suppress(OSError):  # locked by a run that lives, or gone meanwhile, or no locks here
                 descriptor = _opened(part, os.O_RDONLY)
@@ -436,6 +436,13 @@ def _clear_stale(path: Path) -> None:
                         shutil.rmtree(part) if part.is_dir() else part.unlink()
                 finally:
                     os.close(descriptor)
+
+
+def _listed(folder: Path) -> list[Path]:
+    """What is in a folder; nothing where a run that only looked for room took it away in between."""
+    with contextlib.suppress(FileNotFoundError):
+        return list(folder.iterdir())
+    return []
 
 
 @contextmanager

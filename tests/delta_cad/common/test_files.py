@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from delta_cad.common import files
 from delta_cad.common.files import RECORD, AppendLog, FileInUseError, require_room, whole_folder, write_all, write_whole
 
 
@@ -340,6 +341,15 @@ def test_lines_survive_kills_at_any_moment(tmp_path: Path) -> None:
             assert len(lines.found) >= held + 1 + 3 * number
             held = len(lines.found)
     assert [file.name for file in tmp_path.iterdir()] == ["lines"]
+
+
+def test_a_run_that_only_looked_for_room_takes_the_folder_away_from_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "out" / "folder"
+    monkeypatch.setattr(files, "_restore", lambda _: path.parent.rmdir())  # between lock and list of another run
+    require_room(path, folder=True)
+    assert not path.parent.exists()
 
 
 def test_room_is_made_sure_of_before_the_work_and_nothing_is_left(tmp_path: Path) -> None:
