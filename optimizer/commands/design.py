@@ -132,6 +132,9 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
                     known = "not possible as stated" if ends is Verdict.INFEASIBLE else "no machine found"
                     _say(given, f"{known}; looking for limits whose change makes one possible")
                     nearest_machine(run, builder.search, lambda text: _say(given, text), eased, near)
+                    if not near and clock() <= limit_s:
+                        none = "no machine with these limits passed every check: none was built"
+                        _say(given, none if eased else "no change of limits up to a factor of ten was enough")
         except OutOfTimeError:
             end = "time"
         except KeyboardInterrupt:
