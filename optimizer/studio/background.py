@@ -128,11 +128,13 @@ def cold(tick: Tick, task: Any, known: Corrections) -> Any:
     return model.cold(task, known, tick)
 
 
-def best_of(tick: Tick, task: Any) -> Any:
-    """Finds lengths of hardware of which nothing is known; None where there are none."""
+def best_of(tick: Tick, task: Any, known: Corrections | None = None) -> Any:
+    """Finds lengths of hardware, with what is known of its parts, if anything; None where there are none."""
     from optimizer.studio import model
 
-    return model.Solver().settle(task, tick)
+    solver = model.Solver()
+    solver.known |= {} if known is None else {task.key: known}
+    return solver.settle(task, tick)
 
 
 def point(tick: Tick, found: Any, values: dict[str, float | None]) -> Any:

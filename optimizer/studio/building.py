@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,12 +16,12 @@ from threading import Thread
 from time import monotonic
 from typing import Any
 
-from delta_cad.common.console import CUT_SHORT, DONE
+from delta_cad.common.console import BAD_INPUT, DONE
 from delta_cad.common.files import write_whole
 
-KEPT = 200  # lines of progress that a page which comes later still gets
+KEPT = 12  # lines of what was found that a page shows
 _KILL_S = 5.0  # from Ctrl-C until the process is killed
-_STAMP = re.compile(r"\s*\d+(?:\.\d+)? s\s+")  # with which a line of progress begins
+_STEP = "step", "of", "name", "done", "total", "best", "left_s"  # of an event of progress
 DOWNLOADS = {
     "report.html": "report",
     "assembly.step": "STEP",
@@ -44,7 +43,9 @@ class Progress:
         began: When it began, s of the monotonic clock.
         ended: When it ended; None while it runs.
         now: What is being done.
-        lines: What was said, the last ones.
+        at: Step of the work, as `design --progress json` states it; {} before the first.
+        verdict: The search's, as soon as it is known; "" before.
+        lines: What was found and said, the last ones.
         facts: What `design --json` printed; {} before its end.
         error: What is wrong where it failed.
     """
@@ -53,6 +54,8 @@ class Progress:
     began: float = 0.0
     ended: float | None = None
     now: str = ""
+    at: dict[str, Any] = field(default_factory=dict)
+    verdict: str = ""
     lines: deque[str] = field(default_factory=lambda: deque(maxlen=KEPT))
     facts: dict[str, Any] = field(default_factory=dict)
     error: str = ""
@@ -65,10 +68,25 @@ class Progress:
             "state": self.state,
             "took_s": round(took, 1),
             "now": self.now,
-            "lines": list(self.lines)[-12:],
+            "at": self.at,
+            "verdict": self.verdict,
+            "lines": list(self.lines),
             "facts": facts,
             "error": self.error,
         }
+
+    def hear(self, line: str) -> None:
+        """Takes a line of `design --progress json`; one that is no event comes from a library."""
+        event: Mapping[str, Any] = {"text": line.strip()}
+        with suppress(ValueError):
+            event = found if isinstance(found := json.loads(line), dict) else event
+        self.at = {key: event[key] for key in _STEP if key in event} or self.at
+        text = event.get("text", "")
+        if event.get("event") == "verdict":
+            self.verdict = text
+        elif text and text != self.verdict:  # which a message repeats
+            self.lines.append(text)
+        self.now = event.get("doing") or text or self.now
 
 
 _SHOWN = (
@@ -100,7 +118,7 @@ class Build:
         self._process: subprocess.Popen[str] | None = None
         self._threads: list[Thread] = []
         self._journal = out
-        self._cut = ""  # text of the requirements of a run that was stopped or whose time was over
+        self._cut = ""  # text of the requirements of a run that did not come to its end
 
     @property
     def running(self) -> bool:
@@ -121,7 +139,8 @@ class Build:
         assert not self.running
         file, self._journal = self.out / f"{name}.studio.toml", self.out / f"{name}.design.jsonl"
         write_whole(file, text)
-        command = [sys.executable, "-m", "optimizer", "design", str(file), "--out", str(self.out), "--json"]
+        command = [sys.executable, "-m", "optimizer", "design", str(file), "--out", str(self.out)]
+        command += ["--json", "--progress", "json"]
         command += [] if own_parts is None else ["--catalogue", str(own_parts)]
         command += ["--resume"] if self._cut == text else []
         self._cut = text
@@ -146,10 +165,8 @@ class Build:
         self, process: subprocess.Popen[str], progress: Progress, reading: Thread, out: list[str], text: str
     ) -> None:
         for line in process.stderr or ():
-            if words := _STAMP.sub("", line, count=1).strip():
-                progress.now = words
-                progress.lines.append(words)
-                self._said()
+            progress.hear(line)
+            self._said()
         code = process.wait()
         reading.join()
         for pipe in (process.stdout, process.stderr):
@@ -159,8 +176,8 @@ class Build:
             printed = "".join(out)
             progress.facts = json.loads(printed[printed.index("{") :])
         progress.ended = monotonic()
-        unfinished = code == CUT_SHORT or progress.state == "stopping"
-        self._cut = text if unfinished and self._journal.is_file() else ""
+        # design removes the journal at its own end; it may refuse one of other requirements
+        self._cut = text if code != BAD_INPUT and self._journal.is_file() else ""
         folder = progress.facts.get("folder")
         verdict = str(progress.facts.get("verdict", ""))
         if not verdict:

@@ -44,6 +44,8 @@ def look(view: View, found: Solved | None) -> None:
     if found is None:
         _relief(view)
         return
+    if not view.held:
+        view.tell({"type": "parts", "state": "", "text": ""})
     view.doing("looking for better lengths from other starts")
     other = view.compute(background.cold, found.task, found.corrections)
     if other is not None and model.is_better(other, found):
@@ -81,7 +83,8 @@ def _fronts(view: View, found: Solved) -> None:
     axes: list[tuple[str, str, str, dict[str, float], tuple[float, ...]]] = []
     if brief.outline_mm is not None:
         width, depth = brief.outline_mm
-        axes.append(("outline", "outline width", "mm", {knobs.WIDTH: width, knobs.DEPTH: depth}, _NEAR_SHARES))
+        words = f"outline width, its depth {depth / width:.2f} of it"
+        axes.append(("outline", words, "mm", {knobs.WIDTH: width, knobs.DEPTH: depth}, _NEAR_SHARES))
     elif (reach := brief.value("limits.outline_radius_max_mm")) is not None:
         own = {"limits.outline_radius_max_mm": reach}
         axes.append(("outline", "outline width", "mm", own, _NEAR_SHARES))
@@ -111,13 +114,19 @@ def _fronts(view: View, found: Solved) -> None:
 
 
 def _hardware(view: View, found: Solved) -> None:
-    """What each motor and drive comes to, at its best of a few ratios and widths: cube or size, and price."""
-    best: dict[tuple[str, str], dict[str, Any]] = {}
-    for choice in [replace(one, placed=found.task.choice.placed) for one in view.hardware]:
+    """What each motor and drive comes to, at its best of a few ratios and widths: cube or size, and price.
+
+    The present motor's rows keep what its parts asked for; those of others are estimates before a look at their parts.
+    """
+    present = found.task.choice
+    best = {(present.motor, present.drive): _row(found)}
+    for choice in [replace(one, placed=present.placed) for one in view.hardware]:
         view.doing(f"other hardware: {choice.motor} at {choice.ratio:g}:1")
-        at = view.compute(background.best_of, replace(found.task, choice=choice))
+        task = replace(found.task, choice=choice)
+        known = found.corrections if task.key == found.task.key else None
+        at = view.compute(background.best_of, task, known)
         if at is not None:
-            row = _row(at)
+            row = _row(at) | {"estimated": known is None}
             key = choice.motor, choice.drive
             if key not in best or row["score"] > best[key]["score"]:
                 best[key] = row

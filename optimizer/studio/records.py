@@ -69,7 +69,7 @@ def knob(one: Knob) -> dict[str, Any]:
 def motors(brief: DesignBrief) -> list[dict[str, str]]:
     """Lists motor and drive of all hardware that a task allows."""
     return [
-        {"motor": motor, "drive": drive, "words": f"{motor_of(brief, motor).description}, {drive}"}
+        {"motor": motor, "drive": drive, "words": f"{motor}, {drive}: {motor_of(brief, motor).description}"}
         for motor, drive in drives(brief)
     ]
 

@@ -30,7 +30,6 @@ from optimizer.studio.setting import Setting, Solved, Task
 
 REST_S = 0.12  # without a newer setting, after which one is settled
 _WIDTHS_MM = (30.0, 64.0)  # of a parallelogram
-_SAME = 1e-3  # share of a side within which closed forms of the parts change nothing
 
 T = TypeVar("T")
 

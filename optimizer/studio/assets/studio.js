@@ -236,7 +236,7 @@
     box.replaceChildren();
     if (found === undefined) return;
     if (found === null) {
-      box.textContent = knob?.field === "feel.stiffness_min_N_mm" ? "the parts answer for it: looked at at rest" : "";
+      box.textContent = knob?.field === "feel.stiffness_min_N_mm" ? "checked with the parts, at rest" : "";
       return;
     }
     const sign = found.step < 0 ? "−" : "+";
@@ -286,7 +286,7 @@
     for (const row of rows) {
       const line = get("others").insertRow();
       line.insertCell().textContent = words(row);
-      for (const text of [`${cube(row).toFixed(1)} mm`, `${EURO.format(row.price_EUR)} EUR`]) {
+      for (const text of [`${row.estimated ? "≈ " : ""}${cube(row).toFixed(1)} mm`, `${EURO.format(row.price_EUR)} EUR`]) {
         const cell = line.insertCell();
         cell.className = "n";
         cell.textContent = text;
@@ -354,9 +354,9 @@
   function status() {
     const words = [];
     if (doing) words.push(doing);
-    else if (build.state === "running") words.push(`building: ${build.now}`);
+    else if (build.state === "running") words.push(`building: ${step(build)}`);
     const about = { looking: "parts: looking", passed: "parts pass in closed form", refused: `parts: ${parts.text}` }[parts.state];
-    get("parts").hidden = !about || !current(answered) || answered.type !== "answer";
+    get("parts").hidden = !about || !current(answered) || !["proved", "open"].includes(answered.state);
     get("parts").textContent = about ?? "";
     get("parts").className = `chip ${{ looking: "about", passed: "proved", refused: "open" }[parts.state] ?? ""}`;
     if (solids && scene.shown.solids) {
@@ -364,6 +364,18 @@
     }
     get("doing").textContent = words.join(" · ");
   }
+
+  // The step that a build is at, and the share of its time, or of its steps, that is over; null where none is known.
+  function step({ at, now }) {
+    return at.step ? `step ${at.step} of ${at.of}, ${at.name}` : now;
+  }
+
+  function share({ at, took_s: took }) {
+    if (at.left_s !== undefined) return took / (took + at.left_s);
+    return at.total ? (at.step - 1 + at.done / at.total) / at.of : null;
+  }
+
+  const minutes = (s) => (s < 90 ? `${Math.max(5, 5 * Math.round(s / 5))} s` : `${Math.round(s / 60)} min`);
 
   function built(message) {
     build = message;
@@ -380,11 +392,16 @@
     get("build-state").textContent = message.state;
     get("build-state").className = `chip ${on ? "running" : message.state === "built" ? "built" : "failed"}`;
     get("build-time").textContent = `${Math.round(message.took_s)} s`;
-    get("bar").className = on ? "running" : message.state === "built" ? "done" : "over";
+    const over = on ? share(message) : 1;
+    get("bar").className = over === null ? "running" : on ? "" : message.state === "built" ? "done" : "over";
+    get("bar").firstElementChild.style.width = over === null ? "" : `${100 * over}%`;
     const side = message.facts.cube_side_mm;
     const won = message.state === "built" && side ? `cube ${side.toFixed(2)} mm, ${message.facts.motor} at ${message.facts.ratio}:1, all checks pass` : "";
     const lost = message.facts.contradiction ? message.facts.contradiction.join("; ") : message.error;
-    get("build-now").textContent = on ? message.now : won || lost || message.now;
+    get("build-now").textContent = on ? message.verdict || step(message) : won || lost || message.now;
+    const { left_s: left, best } = message.at;
+    const more = [best && `best so far ${best}`, left !== undefined && `about ${minutes(left)} left`, message.now];
+    get("build-doing").textContent = on ? more.filter(Boolean).join(" · ") : "";
     get("build-lines").replaceChildren();
     for (const line of [...message.lines].reverse()) node(get("build-lines"), "li", "", line);
     status();

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from delta_cad.report.live.door import Door
+from optimizer.studio.building import Progress
 from optimizer.studio.document import Document
 from optimizer.studio.server import PROTOCOL, StudioServer
 from optimizer.studio.session import Session
@@ -35,7 +36,7 @@ MOVES = """async (to) => {
 
 
 @pytest.fixture(scope="module")
-def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path]]:
+def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path, Callable[[dict[str, Any]], None]]]:
     folder = tmp_path_factory.mktemp("studio")
     path = folder / "joystick.toml"
     path.write_text(JOYSTICK.read_text(encoding="utf-8"), encoding="utf-8")
@@ -47,7 +48,7 @@ def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path
     server.begin()
     session.begin()
     try:
-        yield door.url, path
+        yield door.url, path, server.send
     finally:
         server.close()
         session.close()
@@ -60,8 +61,8 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.fixture
-def live(browser: Any, studio: tuple[str, Path]) -> Iterator[tuple[Any, list[str]]]:
-    url, _ = studio
+def live(browser: Any, studio: tuple[str, Path, Any]) -> Iterator[tuple[Any, list[str]]]:
+    url, *_ = studio
     said: list[str] = []
     page = browser.new_page(viewport=DESK)
     page.set_default_timeout(DRAWN_MS)
@@ -117,7 +118,7 @@ def test_bad_input_is_said_and_nothing_is_lost(live: tuple[Any, list[str]]) -> N
     assert said == []
 
 
-def test_save_writes_the_file(live: tuple[Any, list[str]], studio: tuple[str, Path]) -> None:
+def test_save_writes_the_file(live: tuple[Any, list[str]], studio: tuple[str, Path, Any]) -> None:
     page, said = live
     page.evaluate(MOVES, 262)
     until(lambda: page.evaluate("document.getElementById('saved').textContent === 'not saved'"))
@@ -134,4 +135,22 @@ def test_nothing_is_wider_than_a_phone(live: tuple[Any, list[str]]) -> None:
     box = page.locator("#view").bounding_box()
     assert box["y"] < 300.0  # the machine is seen first
     assert box["height"] > 300.0
+    page.evaluate("window.scrollTo(0, 1500)")
+    assert 0.0 <= page.locator("#headline").bounding_box()["y"] < 10.0  # the answer stays beside the sliders
+    assert said == []
+
+
+def test_a_build_shows_its_step_how_far_it_is_and_the_verdict(
+    live: tuple[Any, list[str]], studio: tuple[str, Path, Any]
+) -> None:
+    page, said = live
+    progress = Progress("running", now="5.03:1", at={"step": 3, "of": 4, "name": "lengths", "best": "80 mm of cube"})
+    for verdict, left_s, width in (("", {}, ""), ("", {"done": 1, "total": 2}, "62.5%"), ("infeasible: x", {}, "")):
+        progress.verdict = verdict
+        studio[2]({"type": "build", **progress.record(), "at": progress.at | left_s})
+        until(lambda: page.locator("#build-now").text_content() == (verdict or "step 3 of 4, lengths"))  # noqa: B023
+        assert page.locator("#build-doing").text_content() == "best so far 80 mm of cube · 5.03:1"
+        until(lambda: page.evaluate("document.querySelector('#bar span').style.width") == width)  # noqa: B023
+    studio[2]({"type": "build", **Progress("built", facts={"cube_side_mm": 80.0, "motor": "m", "ratio": 5.0}).record()})
+    until(lambda: page.locator("#build-now").text_content() == "cube 80.00 mm, m at 5:1, all checks pass")
     assert said == []

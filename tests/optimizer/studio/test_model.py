@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from optimizer.codesign.candidate import first_corrections
 from optimizer.codesign.corrections import reference
 from optimizer.codesign.lengths import CONVERGED, ENOUGH, best_lengths
 from optimizer.problem.variables import SIDE, mechanism_of
-from optimizer.studio import knobs, model
+from optimizer.studio import background, knobs, model, outlook
 from optimizer.studio.body import USUAL, body, sizes
 from optimizer.studio.model import Solver, certify, figures_of
 from optimizer.studio.sensitivity import sensitivity
@@ -155,3 +157,25 @@ def test_the_geometry_sent_is_the_mechanisms() -> None:
     assert np.array(sent["radial"]) == pytest.approx(g.radial)
     assert sent["upper_arm_mm"] == pytest.approx(1e3 * g.upper_arm_length)
     assert model.lengths_of(found)["half_side_mm"] == pytest.approx(1e3 * cube.half_side)
+
+
+def test_of_other_motors_rows_are_estimates_and_the_present_ones_keep_what_its_parts_asked_for() -> None:
+    found = Solver().settle(joystick())
+    assert found is not None
+    found = replace(found, corrections=replace(found.corrections, elbow_angle_deg=21.0))
+    told: list[dict[str, Any]] = []
+    other = replace(found.task.choice, motor="maxon-re30-310009")
+
+    def compute(piece, task, known):
+        assert piece is background.best_of
+        assert known is (found.corrections if task.key == found.task.key else None)
+        return replace(found, task=task, side_mm=found.side_mm + (5.0 if task.choice == other else -5.0))
+
+    view: Any = SimpleNamespace(
+        hardware=[found.task.choice, other], compute=compute, doing=lambda _: None, tell=told.append
+    )
+    outlook._hardware(view, found)
+    rows = {row["motor"]: (row["side_mm"], row.get("estimated", False)) for row in told[-1]["rows"]}
+    side_mm = round(found.side_mm, 2)
+    assert rows[found.task.choice.motor] == (side_mm, False)
+    assert rows[other.motor] == (pytest.approx(side_mm + 5.0), True)
