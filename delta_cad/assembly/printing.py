@@ -46,7 +46,7 @@ def print_up(part: Part) -> np.ndarray:
     """Finds the axis of a part that points up in the printer, (3,): that with the least area to support."""
     ways = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
     overhangs = [overhang_mm2(part, up) for up in ways]
-    beds = [_bed_mm2(part, up) for up in ways]
+    beds = [bed_mm2(part, up) for up in ways]
     return ways[min(range(len(ways)), key=lambda k: (round(overhangs[k], 1), -round(beds[k], 1)))]
 
 
@@ -69,10 +69,15 @@ def overhang_mm2(part: Part, up: np.ndarray) -> float:
     return float(areas[down].sum())
 
 
-def _bed_mm2(part: Part, up: np.ndarray) -> float:
-    """Area with which a part stands on the bed."""
+def bed_mm2(part: Part, up: np.ndarray) -> float:
+    """Computes the area with which a part stands on the bed, printed with an axis up, mm^2."""
     normals, areas, middles = _triangles(_mesh(part))
     return float(areas[(normals @ up < -0.99) & (middles @ up < _lowest(part, up) + _BED_MM)].sum())
+
+
+def print_high_mm(part: Part, up: np.ndarray) -> float:
+    """Computes how high a part stands, printed with an axis up, mm."""
+    return float(np.ptp(_mesh(part).vertices @ up))
 
 
 def _lowest(part: Part, up: np.ndarray) -> float:

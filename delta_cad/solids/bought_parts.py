@@ -227,14 +227,14 @@ def make_joint_ball(d: Dimensions) -> Part:
     hole, radius = f.pin_diameter_mm + 2 * BALL_GLUE_MM, f.ball_diameter_mm / 2
     floor = -f.pin_past_mm - _HOLE_ROOM_MM
     sphere = ball(f.ball_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-    deep, boring = radius - floor, Boring()
+    boring = Boring()
     eroded = within(blind(along_y(hole, (0.0, 0.0), (radius, floor))), -EROSION_UM, EROSION_UM)
-    centred = f"eroded within {BALL_CENTRE_MM:g} of its centre"
-    boring.add(f"{hole:.2f} x {deep:g} from the ball's surface, {centred}", [eroded])
+    centred = f"eroded, its axis within {BALL_CENTRE_MM:g} of that centre"
+    boring.add(f"{hole:.2f}, floor {-floor:g} past the ball's centre, {centred}", [eroded])
     solid = feature(number, "hole", "hardware.ball_diameter_mm", lambda: cut(sphere, boring.tools))
     rim = (radius**2 - (hole / 2) ** 2) ** 0.5
     extent = (-radius, radius), (-radius, rim), (-radius, radius)
-    description = f"{row.description}, eroded {hole:.2f} x {deep:g}; bonded on its stud"
+    description = f"{row.description}, eroded {hole:.2f} to {-floor:g} past its centre; bonded on its stud at assembly"
     return made_part(number, description, solid, material(row.material), extent, boring.holes, **ordered(row))
 
 

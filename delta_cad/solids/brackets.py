@@ -73,7 +73,7 @@ from delta_cad.solids.primitive import (
     round_inside,
 )
 
-_BLOCK_THREAD_MM, BASE_THREAD_MM, _DOWEL_DEPTH_MM = 7.0, 11.0, 6.0  # usable; the block's threads go through
+_BLOCK_THREAD_MM, BASE_THREAD_MM, DOWEL_DEPTH_MM = 7.0, 11.0, 6.0  # usable; the block's threads go through
 DOWEL_MM = 3.0
 _BOARD_THREAD_MM = 8.0
 _UNDER_TIP_MM = 1.4  # least metal before a blind drill's tip
@@ -90,7 +90,7 @@ _DIRECTIONS = 721  # in which the edge of a cheek is looked for: a quarter of a 
 def base_pin_mm(d: Dimensions) -> tuple[float, float]:
     """Computes how deep a pin between base plate and foot block sits in the plate, and how much of both it may fill."""
     sunk = min(7.0, d.base.thickness_mm - 0.5)
-    return sunk, sunk + _DOWEL_DEPTH_MM - 0.5
+    return sunk, sunk + DOWEL_DEPTH_MM - 0.5
 
 
 def motor_screw_positions(d: Dimensions) -> list[tuple[float, float]]:
@@ -390,7 +390,7 @@ def _reamed(d: Dimensions) -> str:
         return ""
     tilt = minutes(seat_tilt_rad(d.bracket))
     mandrel = f"a mandrel {d.bearing.outer_mm:g} {MANDREL_FIT} in both seats"
-    return f", dowel holes reamed on the foot block with {mandrel}: they tilt by {tenths_above(tilt):g}' at most"
+    return f", dowel holes reamed on the foot block with {mandrel}: the seats are in line to {tenths_above(tilt):g}'"
 
 
 def _bearing_seat(d: Dimensions, boring: Boring, ends: tuple[float, float, float], fit: str, what: str) -> None:
@@ -429,11 +429,12 @@ def make_foot_block(d: Dimensions) -> Part:
         boring.add(sides, [*cross, *back])
     up = [tapped(along_z(0.0, (u - b.shoulder_u_mm, middle), z), BASE_SCREW) for u in b.base_screw_u_mm]
     up = [placed(one, base_zone_mm(d)) for one in up]
-    boring.add(f"{BASE_SCREW} through, screws to {BASE_THREAD_MM:g} from below", up)
+    boring.add(f"{BASE_SCREW} through, screws from below reach {BASE_THREAD_MM:g} at most", up)
     _block_dowels(d, boring, y, (middle, z[0]))
     solid = feature(number, "bores", "parallelogram stack", lambda: cut(body, boring.tools))
     extent = (low, high), y, z
-    description = f"foot block between the cheeks, {y[1] - y[0]:g} +-{LENGTH_MM:g} wide"
+    tolerance = "" if d.is_printed(number) else f" +-{LENGTH_MM:g}"
+    description = f"foot block between the cheeks, {y[1] - y[0]:g}{tolerance} wide"
     return made_part(number, description, solid, material(d.material_of(number)), extent, boring.holes)
 
 
@@ -448,17 +449,17 @@ def _block_dowels(d: Dimensions, boring: Boring, y: tuple[float, float], below: 
     """
     b, into, (middle, low) = d.bracket, cheek_dowel_depth_mm(d), below
     tip = TIP_DEG if middle - y[0] - into - tip_mm(DOWEL_MM) >= DOWEL_MM / 2 + _NEXT_TO_TIP_MM else 0.0
-    ends = (low, low + _DOWEL_DEPTH_MM)
+    ends = (low, low + DOWEL_DEPTH_MM)
     first, second = (along_z(DOWEL_MM, (u - b.shoulder_u_mm, middle), ends) for u in b.base_dowel_u_mm)
     x = (1.0, 0.0, 0.0)
     slots = []
     if is_base_slotted(d):
-        boring.add(f"{DOWEL_MM:g} H7 x {_DOWEL_DEPTH_MM:g} from below, dowel", [fitted(blind(first, tip), "H7", 0.0)])
-        slots.append((f"{_DOWEL_DEPTH_MM:g} deep from below", slot(fitted(blind(second), "H7"), x)))
+        boring.add(f"{DOWEL_MM:g} H7 x {DOWEL_DEPTH_MM:g} from below, dowel", [fitted(blind(first, tip), "H7", 0.0)])
+        slots.append((f"{DOWEL_DEPTH_MM:g} deep from below", slot(fitted(blind(second), "H7"), x)))
     else:
         reamed = [reamed_with(fitted(blind(pin, tip), "H7"), "base_plate") for pin in (first, second)]
         how = "not before assembly, through the base plate, reamed with it"
-        boring.add(f"{DOWEL_MM:g} H7 x {_DOWEL_DEPTH_MM:g} from below, {how}", reamed)
+        boring.add(f"{DOWEL_MM:g} H7 x {DOWEL_DEPTH_MM:g} from below, {how}", reamed)
     for k, (side, sense) in enumerate((("encoder", 1.0), ("motor", -1.0))):
         pins = [along_y(DOWEL_MM, at, (y[k], y[k] + sense * into)) for at in cheek_dowel_positions(d)]
         if is_slotted(d, side[0], 1):

@@ -37,7 +37,7 @@ from delta_cad.dimensions.tolerances import LENGTH_MM, STOP_ZONE_MM
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids.boring import Boring, along_y, along_z, between, blind, fitted, group, placed, tapped
 from delta_cad.solids.making import bought_part, hull_y, made_part, material, points_of_arc, round_y, round_z
-from delta_cad.solids.part import Bore, Hole, Part
+from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     arcs_about_y,
@@ -178,7 +178,7 @@ def make_sector(d: Dimensions) -> Part:
     deep = y if c.slot_radius_mm + half > inside else web
     ends = [along_y(c.slot_width_mm, at, deep) for at in polar_positions(c.slot_radius_mm, c.slot_angles_rad)]
     ends = [placed(end, STOP_ZONE_MM) for end in ends]
-    boring.add(f"arc slot {c.slot_width_mm:g} wide on radius {c.slot_radius_mm:g}, both ends", ends)
+    boring.add(f"end of the arc slot {c.slot_width_mm:g} wide through, on radius {c.slot_radius_mm:g}", ends)
     tools.append(ring_segment(c.slot_radius_mm - half, c.slot_radius_mm + half, c.slot_angles_rad, through))
     deep = y if _lightening_radius_mm(c) + _LIGHTENING_MM / 2 > inside else web
     lights = [along_y(_LIGHTENING_MM, at, deep) for at in _lightening(c)]
@@ -188,14 +188,15 @@ def make_sector(d: Dimensions) -> Part:
     radial = (CARRIAGE_RADII_MM[0] - free, CARRIAGE_RADII_MM[1] + free)
     tools.append(adjacent(1, radial, pocket, (pocket_y[0] - THROUGH_MM, pocket_y[1]), POCKET_CORNER_MM))
     slot = c.cable_slot_mm
-    half, cables = slot / 2, list[Bore]()
-    for end, last, side in (
-        (0, ANCHOR_MM + THROUGH_MM, y[1] + THROUGH_MM),
-        (1, POCKET_FROM_MM + THROUGH_MM, pocket_y[0] - THROUGH_MM),
+    half = slot / 2
+    for end, last, side, name in (
+        (0, ANCHOR_MM + THROUGH_MM, y[1] + THROUGH_MM, "motor"),
+        (1, POCKET_FROM_MM + THROUGH_MM, pocket_y[0] - THROUGH_MM, "arm"),
     ):
         point, tangent, _ = rim_end(c, end)
         begin, floor = (tuple((point + s * tangent).tolist()) for s in (-THROUGH_MM, last - THROUGH_MM))
-        cables.append(between(slot, begin, floor))
+        cable = f"tangential slot {slot:g} wide with a round bottom x {last:g} long, open to the {name}'s side, cable"
+        boring.holes.append(group(cable, [between(slot, begin, floor)]))
         tools.append(cylinder(slot, begin, tuple((point + last * tangent).tolist())))
         open_y = min(c.end_y_mm[end], side), max(c.end_y_mm[end], side)
         tools.append(adjacent(end, (-half, half), (-THROUGH_MM, last), open_y))
@@ -204,8 +205,6 @@ def make_sector(d: Dimensions) -> Part:
     line_ends = (tuple((line + s * tangent).tolist()) for s in (length, length - LUG_WALL_MM[1]))
     tension = between(screw.clearance_hole_mm, *line_ends)
     boring.add(f"{screw.clearance_hole_mm:g} into the pocket, tension screw", [tension])
-    cable = f"tangential slot {slot:g} wide with a round bottom, cable; open to the motor's side, and to the arm's"
-    boring.holes.append(group(cable, cables))
     solid = feature(number, "slot and bores", "shoulder angle range", lambda: cut(shape, [*boring.tools, *tools]))
     lead = c.run.pitch_mm * c.ratio
     description = (
@@ -234,7 +233,7 @@ def make_tension_carriage(d: Dimensions) -> Part:
     boring, axis = Boring(), (0.0, 0.0)
     laid = f"slot {slot:g} wide with a round bottom, open to the arm's side, cable"
     boring.add(laid, [along_z(slot, axis, (0.0, into))])
-    sleeve = f"slot {seat:g} wide with a round bottom, {CRIMP_MM[1]:g} from the end, open likewise, sleeve"
+    sleeve = f"slot {seat:g} wide with a round bottom, {CRIMP_MM[1]:g} from the end, open to the arm's side, sleeve"
     boring.add(sleeve, [blind(along_z(seat, axis, (length, into)))])
     boring.add(
         f"{TENSION_SCREW} through", [tapped(along_z(0.0, (CARRIAGE_SCREW_MM, 0.0), (0.0, length)), TENSION_SCREW)]
@@ -246,7 +245,7 @@ def make_tension_carriage(d: Dimensions) -> Part:
     ]
     solid = feature(number, "bores", "hardware.cable", lambda: cut(body, tools))
     extent = CARRIAGE_RADII_MM, (-thick / 2, thick / 2), (0.0, length)
-    description = "carriage that tensions the cable, eased to slide in the sector's pocket"
+    description = "carriage that tensions the cable, eased until it slides in the sector's pocket by hand"
     return made_part(number, description, solid, material("brass"), extent, boring.holes)
 
 

@@ -51,7 +51,7 @@ def make_cross_bar(d: Dimensions) -> Part:
     solid = feature(number, "studs", "parallelogram_width_mm", lambda: turned(profile))
     description = (
         f"cross-bar {2 * bar:g} h6 with studs {2 * neck:g} and {2 * pin:g}, turned in one; "
-        f"{2 * (ball_at - rim):.3f} +-0.02 between the balls' shoulders; balls bonded"
+        f"{2 * (ball_at - rim):.3f} +-0.02 between the balls' shoulders; balls bonded at assembly"
     )
     return made_part(number, description, solid, material("aluminium-7075"), round_y(bar, (-end, end)))
 
@@ -80,8 +80,8 @@ def make_rod_cup(d: Dimensions) -> Part:
     seat = ball(bore, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     solid = feature(number, "seat", "hardware.ball_diameter_mm", lambda: cut(shape, [seat]))
     description = (
-        f"rod's end, cup milled round {bore:.3f} for its shell; "
-        f"spigot {f.spigot_diameter_mm:g} hard anodised and sanded, bonded with {TUBE_GLUE_MM:g} around it"
+        f"rod's end, cup {bore:.3f} for its shell; hard anodised all over; "
+        f"spigot {f.spigot_diameter_mm:g} sanded at assembly and bonded with {TUBE_GLUE_MM:g} around it"
     )
     wide = sqrt(outer**2 - lip**2)
     extent = (-wide, end), (-rod, outer), (-wide, wide)
@@ -99,8 +99,8 @@ def make_cup_shell(d: Dimensions) -> Part:
     seat = ball(f.seat_diameter_mm, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     solid = feature(number, "seat", "hardware.ball_diameter_mm", lambda: cut(shape, [seat, *boring.tools]))
     description = (
-        f"shell {2 * outer:.3f} round, bonded in its cup; then seat {f.seat_diameter_mm:.3f} "
-        f"+-{2 * CLEARANCE_TOLERANCE_MM:g} finished with ball and paste, gauged"
+        f"bearing shell {2 * outer:.3f}; at assembly bonded in its cup, its seat lapped with ball and paste to "
+        f"{f.seat_diameter_mm:.3f} +-{2 * CLEARANCE_TOLERANCE_MM:g} and gauged"
     )
     wide, top = sqrt(outer**2 - lip**2), sqrt(outer**2 - (POCKET_MM / 2) ** 2)
     extent = (-wide, wide), (lip, top), (-wide, wide)
@@ -128,17 +128,16 @@ def make_rod_eye(d: Dimensions) -> Part:
 
     boring = Boring()
     on_tube = between(f.eye_bore_mm, (-half, 0, 0), (half, 0, 0))
-    boring.add(f"{f.eye_bore_mm:g} through, opened with that drill; bonded on the tube", [on_tube])
+    boring.add(f"{f.eye_bore_mm:g} through, opened with a drill {f.eye_bore_mm:g}; bonded on the tube", [on_tube])
     eye = between(f.eye_diameter_mm, (-half, y, z), (half, y, z))
     boring.add(f"{f.eye_diameter_mm:g} through the lug, edges rounded R0.3: spring", [eye])
     shape = feature(number, "ring", "hardware.tube", body)
     solid = feature(number, "eye", "hardware.tube", lambda: cut(shape, boring.tools))
     first, second = f.eyes_x_mm
     description = (
-        f"spring's eye on a rod, cut from sheet {f.eye_mm:g}, {first:.1f} and {second:.1f} from the elbow's seat centre"
+        f"spring's eye on a rod, {'printed' if d.is_printed(number) else 'cut from sheet'} {f.eye_mm:g} thick; at "
+        f"assembly bonded on the tube, {first:.1f} and {second:.1f} from the elbow's seat centre"
     )
-    if d.is_printed(number):
-        description = description.replace("cut from sheet", "printed,")
     ring = f.eye_ring_mm / 2
     extent = (-half, half), (-max(ring, around - y), ring), (-ring, z + around)
     return made_part(number, description, solid, material(d.material_of(number)), extent, boring.holes)

@@ -82,9 +82,8 @@ def make_platform(d: Dimensions) -> Part:
     description = f"platform, wrist radius {r:g}"
     if not d.design.geometry.three_fold:
         at = ", ".join(f"{angle:.6g}" for angle in d.design.azimuths_deg)
-        description += (
-            f". Three equal arms at {at} deg about the centre, the one at 0 dimensioned and marked {WRIST_MARK}"
-        )
+        marked = f"the one at 0 dimensioned and marked {WRIST_MARK}, scribed on its flat face"
+        description += f". Three equal arms at {at} deg about the centre, {marked}"
     extent = *_reach(d), (-top, top)
     return made_part(number, description, solid, material(d.material_of("platform"), BLUE), extent, boring.holes)
 

@@ -94,8 +94,8 @@ def square(d: Dimensions, folder: Path) -> str:
 def ball(d: Dimensions, _: Path) -> str:
     """Its hole is wider than the pin by the adhesive, 0.025 around it, and deeper than the pin by 0.3."""
     f = d.forearm
-    hole, deep = f.pin_diameter_mm + 2 * 0.025, f.ball_diameter_mm / 2 + f.pin_past_mm + 0.3
-    return f"Ø{hole:.2f} ±0.02 x {deep:g} from the ball's surface, eroded"
+    hole, past = f.pin_diameter_mm + 2 * 0.025, f.pin_past_mm + 0.3
+    return f"Ø{hole:.2f} ±0.02, floor {past:g} past the ball's centre, eroded"
 
 
 def shaft(d: Dimensions, _: Path) -> str:
@@ -118,7 +118,7 @@ def base_screws(_: Dimensions, folder: Path) -> str:
         (rest,) = {float(r["depth_mm"]) for r in csv.DictReader(file) if r["callout"] == "4.5 through, foot blocks"}
     inside = max(int(size[1]) - rest for size in sizes if size is not None)
     assert inside <= 11.0
-    return "screws to 11 from below"
+    return "screws from below reach 11 at most"
 
 
 FIGURES: dict[str, Callable[[Dimensions, Path], str]] = {
@@ -138,8 +138,14 @@ FIGURES: dict[str, Callable[[Dimensions, Path], str]] = {
         f"equally long to {2 * (d.forearm.seat_diameter_mm + 0.005 - d.forearm.ball_diameter_mm):.2g} mm"
     ),
     "6.010 goes in and turns": lambda d, _: f"{d.forearm.seat_diameter_mm - 0.005:.3f} goes in and turns",
-    "Ø2.55 ±0.02 x 3.9 from the ball's surface, eroded": ball,
-    "screws to 11 from below": base_screws,
+    "Ø2.55 ±0.02, floor 0.9 past the ball's centre, eroded": ball,
+    "at assembly; delivered SØ6 ±0.005": lambda d, _: (  # what lapping takes, 0.01 to 0.02, from memory
+        f"at assembly; delivered SØ{d.forearm.seat_diameter_mm - 0.015:.3g} ±0.005"
+    ),
+    "its seat lapped with ball and paste to (6.015) and gauged": lambda d, _: (
+        f"its seat lapped with ball and paste to ({d.forearm.seat_diameter_mm:.3f}) and gauged"
+    ),
+    "screws from below reach 11 at most": base_screws,
 }
 """Words of the page that are a figure -> their calculation."""
 ISO_286 = {(7, 18): 18, (7, 3): 10}
@@ -156,7 +162,7 @@ DRAWN = {
     "R1.6": "a cutter's",
     "up to +0.2 inside": "a bearing's ring has it",
     "with a round bottom x 1.5 long": "the lug's wall",
-    "turned 0.01 to 0.02 smaller": "what lapping takes",
+    "0/-0.3": "the bond bears it; none longer goes into the jig",
 }
 """Figures that are chosen, and why none is calculated."""
 

@@ -35,6 +35,8 @@ MAGNET_WIDER_UM = 30.0
 """By which a magnet's seat may be wider: bonded, and never too narrow."""
 BALL_CENTRE_MM = 0.05  # from a ball's centre to the axis of its hole, at most
 EROSION_UM = 20.0  # diameter of a ball's eroded hole, either way
+TUBE_SHORTER_MM = 0.3  # by which a rod's tube may be shorter; a longer one holds the ends apart in the jig
+SPIGOT_TURNED_MM = 0.05  # diameter of a rod end's spigot, either way: a quarter of the bond on either side
 LINER_TURNED_MM = 0.01  # diameters of a plastic shell and of its cup, either way: half of the bond between them
 BAR_WIDER_UM = 20.0  # by which a cross-bar's bore may be wider than nominal: the bond's thickness
 NOMINAL_MM = (3.0, 6.0, 10.0, 18.0, 30.0, 50.0, 80.0, 120.0)

@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from delta_cad import catalogue
-from delta_cad.assembly.printing import inserts_of, print_up
+from delta_cad.assembly.printing import SHRINK_MM, bed_mm2, inserts_of, print_high_mm, print_up
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.faces import is_along
 from delta_cad.export.drawings.part.holes import lettered
@@ -16,7 +16,12 @@ from delta_cad.export.drawings.part.shape import is_hull_line, is_slant
 from delta_cad.export.drawings.views.projection import Frame
 from delta_cad.solids.part import Part
 
-_CENTRE_MM = 1.0, 2.12  # smallest centre hole of ISO 6411 that is in common use, and its mouth: narrower than any stud
+_CENTRE_MM = 1.0, 2.12  # smallest centre hole of ISO 6411 that is in common use, and its mouth
+_CENTRE_WALL_MM = 0.5  # around its mouth, at least
+_BRIM_SHARE = 0.05  # of the square of its height: what stands on less tips off the bed without a brim
+_SIDES = ("the arm's side", "the motor's side", "the encoder's side", "the outer side", "below")
+"""Names by which texts of a drawing tell a side of a part; see `side_of`."""
+_SAME = 0.9  # cosine of an angle between ways that are one
 _CLAUSE = re.compile(r"[;.] (?=\D)")
 _NAME = re.compile(r"[,;:.] ")
 _THREAD = re.compile(r"\bM\d+(\.\d+)?\b")
@@ -50,9 +55,10 @@ def notes_of(part: Part, features: Features, front: Frame, held: Controlled) -> 
         *(("", f"{_auxiliary(text, features, held)}.") for text in named(part.description)[1]),
         ("", f"Coordinates count from 0, which is ({zero}) in the STEP file and in holes.csv."),
         ("", f"The main view's right is {right} there, its up {up}."),
+        *_side_notes(part, front),
         ("", "The STEP file has the nominal sizes. Where it says something else, the drawing holds."),
         *_exact_notes(features),
-        ("", finish_of(part)),
+        ("", f"Finish: {finish_of(part)}."),
     ]
     bores = [bore for hole in part.holes for bore in hole.bores]
     if any(b.zone_mm and not (b.deviations_um or b.thread or "slot" in b.callout) for b in bores):
@@ -87,19 +93,53 @@ def print_notes(part: Part) -> list[str]:
     """What a printer needs beside the file to print: orientation, infill, inserts, what is done after it."""
     up = print_up(part)
     axis = f"{'-' if up.min() < -0.5 else '+'}{'XYZ'[int(np.abs(up).argmax())]}"
+    bed, high, shrink = bed_mm2(part, up), print_high_mm(part, up), SHRINK_MM[part.material.process]
     notes = [
-        f"Print {part.number}.3mf as it stands, {axis} of the STEP file up; solid, layers of 0.2.",
-        "Its holes are wider there by what they shrink.",
-        "Bores with a fit come out narrower and are reamed.",
+        f"Print {part.number}.3mf as it stands, {axis} of the STEP file up; solid, layers of 0.2. The STEP file is the "
+        "finished part.",
+        f"Holes are {shrink:g} wider in the 3MF file, as they shrink.",
     ]
-    if inserts_of(part):
-        notes.append("Each thread is a heat-set insert of the item list, melted in flush.")
+    if part.material.process == "fdm" and bed < _BRIM_SHARE * high**2:
+        notes.append(f"Print it with a brim and supports: it is {high:.0f} high and stands on {bed:.0f} mm² only.")
+    if any(bore.fit for hole in part.holes for bore in hole.bores):
+        notes.append("Bores with a fit come out narrower and are reamed.")
+    for row in {row.id: row for _, row in inserts_of(part)}.values():
+        notes.append(
+            f"Each thread {row.thread} is a heat-set insert {row.order_code}, melted in flush where its screw enters; "
+            f"the 3MF file has its hole, {row.hole_mm:g} wide after shrinking: nothing is drilled or tapped."
+        )
     return notes
+
+
+def side_of(number: str, side: str) -> np.ndarray:
+    """Gives the (3,) way out of a part on a side, one of `_SIDES`, in the part's frame.
+
+    Drives are drawn with the shoulder's axis along y, the encoder at its lower end, the arm between the cheeks.
+    """
+    arm = 1.0 if number == "encoder_cheek" else -1.0
+    if side == "below":
+        return np.array([0.0, 0.0, -1.0])
+    senses = {"the arm's side": arm, "the outer side": -arm, "the motor's side": 1.0, "the encoder's side": -1.0}
+    return np.array([0.0, senses[side], 0.0])
+
+
+def _side_notes(part: Part, front: Frame) -> list[tuple[str, str]]:
+    """Where the sides are in the main view that the texts of a part's holes name."""
+    texts = " ".join(hole.callout for hole in part.holes)
+    (right, up), towards = front.axes, front.towards
+    found = []
+    for side in (side for side in _SIDES if side in texts):
+        way = side_of(part.number, side)
+        places = {"in front": towards, "behind": -towards, "right": right, "left": -right, "at the top": up}
+        place = next((place for place, axis in places.items() if float(way @ axis) > _SAME), "at the bottom")
+        found.append(f"{side.replace('below', 'the lower side')} is {place}")
+    return [("", f"In the main view {', '.join(found)}.")] if found else []
 
 
 def _auxiliary(text: str, features: Features, held: Controlled) -> str:
     """Sets threads, and what a view states with its tolerance, in brackets, without it: a second one is ambiguous."""
-    drawn = {(f"{round(n.end_mm - n.start_mm, 3):g}", f"{n.tolerance_mm:g}") for n in (*held.lengths, *held.depths)}
+    lengths = (*held.lengths, *held.depths)
+    drawn = {(f"{round(n.end_mm - n.start_mm, 3):g}", n.text.removeprefix("±")) for n in lengths}
     drawn |= {match.groups() for size in features.sizes if (match := _TOLERANCED.search(size.text))}
     text = _TOLERANCED.sub(lambda match: f"({match[1]})" if match.groups() in drawn else match[0], text)
     return _THREAD.sub(r"(\g<0>)", text)
@@ -120,10 +160,11 @@ def _exact_notes(features: Features) -> list[tuple[str, str]]:
 def _between_centres(part: Part, features: Features) -> bool:
     """Whether a part is turned, has an end without a bore, and no end too thin for a centre hole."""
     bored = [bore for group in features.groups for bore in group.bores if is_along(bore.axis, features.main)]
+    ends = sum(max(map(len, bore.spans.values())) for bore in bored)
     outer = [2.0 * f.radius for f in features.faces if f.kind == "cylinder" and not f.hollow]
-    if not features.turned or part.order_code or not outer or min(outer) < _CENTRE_MM[1]:
+    if not features.turned or part.order_code or not outer or min(outer) < _CENTRE_MM[1] + 2 * _CENTRE_WALL_MM:
         return False
-    return len(bored) < 2 and not any(bore.through for bore in bored)
+    return ends < 2 and not any(bore.through for bore in bored)
 
 
 def _axis(along: np.ndarray) -> str:
@@ -133,10 +174,10 @@ def _axis(along: np.ndarray) -> str:
 
 
 def finish_of(part: Part) -> str:
-    """What is done to a part's surface after it is cut."""
+    """What is done to a part's surface after it is cut or printed."""
     if "anodised" in part.description:
         layer = "ISO 10074, 0.025 mm" if "hard anodised" in part.description else "ISO 7599-AA10"
-        return f"Finish: anodised {layer}. Sizes hold with the coating; fits and threads stay bare."
+        return f"anodised {layer}; sizes hold with the coating, fits and threads stay bare"
     if part.material.process:
-        return "Finish: as printed, supports and strings removed."
-    return "Finish: as bought where nothing is cut." if part.order_code else "Finish: as cut, no coating."
+        return "as printed, supports and strings removed"
+    return "as bought where nothing is cut" if part.order_code else "as cut, no coating"

@@ -214,8 +214,8 @@ class _Writer:
         size = XCAFDimTolObjects.XCAFDimTolObjects_DimensionObject()
         size.SetType(XCAFDimTolObjects.XCAFDimTolObjects_DimensionType_Location_LinearDistance)
         size.SetValue(abs(length.end_mm - length.start_mm))
-        _deviate(size, -length.tolerance_mm, length.tolerance_mm)
-        self._add(size, f"{abs(length.end_mm - length.start_mm):.6g} ±{length.tolerance_mm:g}", {}, start, end)
+        _deviate(size, *length.deviations_mm)
+        self._add(size, f"{abs(length.end_mm - length.start_mm):.6g} {length.text}", {}, start, end)
 
     def width(self, slot: Slot, first: list[cq.Face], second: list[cq.Face]) -> None:
         """Adds the width of a slot for a pin: the distance of its long sides, with its fit."""

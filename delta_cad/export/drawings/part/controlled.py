@@ -9,24 +9,47 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import PINION_TURNED_MM, RIM_TURNED_MM
 from delta_cad.dimensions.forearm import LINER_GLUE_MM
 from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
-from delta_cad.dimensions.tolerances import COAXIAL_MM, FITTED_RA_UM, LENGTH_MM, LINER_TURNED_MM, TRUE_MM, deviations_um
+from delta_cad.dimensions.tolerances import (
+    COAXIAL_MM,
+    FITTED_RA_UM,
+    LENGTH_MM,
+    LINER_TURNED_MM,
+    SPIGOT_TURNED_MM,
+    TRUE_MM,
+    TUBE_SHORTER_MM,
+    deviations_um,
+)
 from delta_cad.dimensions.tolerances.edges import Edge, functional_edges
 
 SAME_MM = 1e-3
 _SHOULDER_MM = 1.0  # of diameter, by which a head is wider than its journal where something stands on it
-_LAPPED = "lapped with its ball, in its cup; turned 0.01 to 0.02 smaller"
-"""Of a shell's seat: what lapping takes. Source: the usual 0.005 to 0.01 mm of a side, from memory; not measured."""
+_LAPPING_MM = 0.015  # of a shell's seat: the usual 0.005 to 0.01 mm of a side, from memory; not measured
 _CORE_MM = 0.1  # by which an outer thread is drawn thinner than its tap drill, at most
 
 
 @dataclass(frozen=True)
 class Length:
-    """A toleranced length of a part along one of its axes: between two coordinates, mm, and by how much either way."""
+    """A toleranced length of a part along one of its axes: between two coordinates, mm.
+
+    `tolerance_mm` is by how much it may be shorter, and longer where `upper_mm` does not say otherwise.
+    """
 
     axis: int
     start_mm: float
     end_mm: float
     tolerance_mm: float
+    upper_mm: float | None = None
+
+    @property
+    def deviations_mm(self) -> tuple[float, float]:
+        """Lower and upper deviation."""
+        return -self.tolerance_mm, self.tolerance_mm if self.upper_mm is None else self.upper_mm
+
+    @property
+    def text(self) -> str:
+        """Both deviations as a drawing has them, such as "±0.02" or "0/-0.3"."""
+        lower, upper = self.deviations_mm
+        return f"±{upper:g}" if lower == -upper else f"{signed(upper)}/{signed(lower)}"
 
 
 @dataclass(frozen=True)
@@ -97,10 +120,14 @@ class Controlled:
         """Gives what is asked of an outer diameter; None: no more than of any."""
         return next((one for one in self.rounds if one.is_of(diameter_mm)), None)
 
-    def tolerance(self, axis: int, value_mm: float) -> float | None:
-        """Gives the tolerance of the length from the datum to a coordinate, mm; None: the general one."""
-        ends = (n for n in self.lengths if n.axis == axis and abs(n.end_mm - value_mm) < SAME_MM)
-        return next((length.tolerance_mm for length in ends), None)
+    def length(self, axis: int, value_mm: float) -> Length | None:
+        """Gives the length from the datum to a coordinate; None: the general tolerance holds for it."""
+        return next((n for n in self.lengths if n.axis == axis and abs(n.end_mm - value_mm) < SAME_MM), None)
+
+
+def signed(value_mm: float) -> str:
+    """Writes a deviation with its sign, 0 without."""
+    return f"{value_mm:+g}" if value_mm else "0"
 
 
 def controlled(d: Dimensions) -> dict[str, Controlled]:
@@ -110,11 +137,10 @@ def controlled(d: Dimensions) -> dict[str, Controlled]:
     bar = Round(forearm.bar_diameter_mm, "h6", surface_um=FITTED_RA_UM[6])
     seat, gauged = forearm.seat_diameter_mm, 2 * CLEARANCE_TOLERANCE_MM
     liner, pin = 2 * forearm.liner_radius_mm, forearm.pin_diameter_mm
+    lapped = f"lapped in its cup with its ball, at assembly; delivered SØ{seat - _LAPPING_MM:.3g} ±{gauged:g}"
+    wide = Length(1, layers.encoder_cheek_mm[1], layers.motor_cheek_mm[0], LENGTH_MM)
     found = {
-        "foot_block": Controlled(
-            (Length(1, layers.encoder_cheek_mm[1], layers.motor_cheek_mm[0], LENGTH_MM),),
-            seat=(2, d.bracket.base_top_mm),
-        ),
+        "foot_block": Controlled(() if d.is_printed("foot_block") else (wide,), seat=(2, d.bracket.base_top_mm)),
         "shoulder_shaft": Controlled(
             rounds=(journal,),
             coaxial=((shaft.magnet_bore_mm, COAXIAL_MM),) if d.sensed_at_shoulder else (),
@@ -122,9 +148,15 @@ def controlled(d: Dimensions) -> dict[str, Controlled]:
         ),
         "handle_stem": Controlled(rounds=(Round(catalogue.screw(stem).tap_drill_mm, thread=stem),)),
         "cross_bar": Controlled(_shoulders(d), rounds=(bar, Round(pin, "h7")), coaxial=((pin, TRUE_MM),)),
-        "rod_cup": Controlled(rounds=(Round(liner + 2 * LINER_GLUE_MM, either_mm=LINER_TURNED_MM),)),
+        "rod_cup": Controlled(
+            rounds=(
+                Round(liner + 2 * LINER_GLUE_MM, either_mm=LINER_TURNED_MM),
+                Round(forearm.spigot_diameter_mm, either_mm=SPIGOT_TURNED_MM),
+            )
+        ),
+        "rod_tube": Controlled((Length(0, 0.0, forearm.tube_length_mm, TUBE_SHORTER_MM, 0.0),)),
         "cup_shell": Controlled(
-            rounds=(Round(seat, either_mm=gauged, where=_LAPPED), Round(liner, either_mm=LINER_TURNED_MM))
+            rounds=(Round(seat, either_mm=gauged, where=lapped), Round(liner, either_mm=LINER_TURNED_MM))
         ),
     }
     inside, pilot = layers.motor_cheek_mm[0], d.motor.pilot_diameter_mm

@@ -13,9 +13,9 @@ from math import degrees
 
 import numpy as np
 
-from delta_cad.export.drawings.part.controlled import Controlled, Round
+from delta_cad.export.drawings.part.controlled import Controlled, Round, signed
 from delta_cad.export.drawings.part.faces import Face, is_across, is_along
-from delta_cad.export.drawings.part.holes import hole_groups, signed, slots
+from delta_cad.export.drawings.part.holes import hole_groups, slots
 from delta_cad.export.drawings.part.places import place_bores, place_faces, place_steps
 from delta_cad.export.drawings.part.record import SAME_MM, Features, Size
 from delta_cad.export.drawings.part.shape import (

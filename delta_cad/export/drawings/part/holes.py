@@ -13,6 +13,7 @@ from math import pi
 import numpy as np
 
 from delta_cad.common.vectors import cross_length
+from delta_cad.export.drawings.part.controlled import signed
 from delta_cad.export.drawings.part.faces import Face, is_along
 from delta_cad.export.drawings.sheet_io.lettering import SURFACE
 from delta_cad.solids.part import Bore as Declared
@@ -119,11 +120,6 @@ def recorded(callout: str, hole: Hole) -> str:
     if thread and not through and len(records) == 1 and "drilled" not in callout:
         callout += f", drilled {depth:g} deep"
     return callout if surface is None else f"{callout} {SURFACE}Ra {surface:g}"
-
-
-def signed(value_mm: float) -> str:
-    """Writes a deviation with its sign, 0 without."""
-    return f"{value_mm:+g}" if value_mm else "0"
 
 
 def slots(part: Part) -> list[Slots]:

@@ -14,7 +14,7 @@ from math import hypot
 
 import numpy as np
 
-from delta_cad.export.drawings.part.controlled import Controlled
+from delta_cad.export.drawings.part.controlled import Controlled, Length
 from delta_cad.export.drawings.part.faces import is_across, is_along, is_straight
 from delta_cad.export.drawings.part.holes import HoleGroup
 from delta_cad.export.drawings.part.record import SAME_MM, Place
@@ -209,8 +209,8 @@ class Annotator(LeaderTargets):
         found: list[Item] = []
         for ((value, exact), places), want, at in zip(lines.items(), wanted, placed, strict=True):
             text = number(value)
-            if value and (tolerance := self._tolerance(places)):
-                text += f" ±{number(tolerance)}"
+            if value and (held := self._held(places)):
+                text += f" {held.text}"
             starts = [self.at(p)[1 - k] for place in places for p in place.points if self._level(p, axis, want)]
             start = min(starts, default=edge)
             start = start - 1.0 if start - 1.0 > edge - _NEAR_MM else edge
@@ -236,13 +236,10 @@ class Annotator(LeaderTargets):
     def _level(self, point: np.ndarray, axis: np.ndarray, want: float) -> bool:
         return abs(float(point @ axis) * self.scale - want) < 0.01
 
-    def _tolerance(self, places: Sequence[Place]) -> float | None:
-        for place in places:
-            k = int(np.argmax(np.abs(place.along)))
-            found = self.controlled.tolerance(k, place.value)
-            if found is not None and is_straight(place.along):
-                return found
-        return None
+    def _held(self, places: Sequence[Place]) -> Length | None:
+        straight = (place for place in places if is_straight(place.along))
+        found = (self.controlled.length(int(np.argmax(np.abs(place.along))), place.value) for place in straight)
+        return next((length for length in found if length is not None), None)
 
     def callouts(self, groups: Sequence[HoleGroup]) -> list[Item]:
         """Callouts in bands, each with its leader: on the right, and of a turned part on its left and over it, too."""

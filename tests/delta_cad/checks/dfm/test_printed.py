@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import pi
 
+import cadquery as cq
 import numpy as np
 import pytest
 
@@ -12,6 +13,7 @@ from delta_cad.assembly.printing import inserts_of, overhang_mm2, print_body, pr
 from delta_cad.checks.dfm.check import PRINT_RULES, RULES, check_dfm
 from delta_cad.checks.dfm.printed import insert_depths, insert_walls, overhangs, small_holes
 from delta_cad.dimensions.tolerances import PREDRILLED_MM
+from delta_cad.export.drawings.notes import print_notes
 from delta_cad.solids.boring import Boring, along_z, fitted, reamed_with, tapped
 from delta_cad.solids.making import made_part, material
 from delta_cad.solids.part import Part
@@ -104,6 +106,27 @@ def test_the_mesh_to_print_stands_on_the_bed() -> None:
     assert low[2] == 0.0
     assert high[2] - low[2] == pytest.approx(14.0)
     assert mesh.volume_mm3 == pytest.approx(2600.0)  # positive: turned, not mirrored
+
+
+def test_what_stands_on_too_little_is_printed_with_a_brim() -> None:
+    def notes(solid: cq.Solid) -> str:
+        return " ".join(print_notes(made_part("post", "post", solid, material("petg-fdm"), (None, None, None))))
+
+    assert "Print it with a brim and supports: it is 20 high" in notes(
+        cq.Solid.makeSphere(10.0, cq.Vector(), cq.Vector(0, 0, 1), -90, 90, 360)
+    )
+    assert "brim" not in notes(cq.Solid.makeBox(10.0, 10.0, 20.0))
+
+
+def test_a_print_s_notes_name_its_inserts_and_what_is_reamed() -> None:
+    notes = " ".join(print_notes(threaded(10.0)))
+    row = catalogue.insert("M3x5.7")
+    assert f"Each thread M3 is a heat-set insert {row.order_code}" in notes
+    assert "nothing is drilled or tapped" in notes
+    assert "reamed" not in notes
+    boring = Boring()
+    boring.add("8 H7 through", [fitted(along_z(8.0, (10.0, 10.0), (0.0, 10.0)), "H7")])
+    assert "Bores with a fit come out narrower and are reamed" in " ".join(print_notes(block(boring)))
 
 
 def test_an_insert_near_an_edge_has_too_little_plastic() -> None:

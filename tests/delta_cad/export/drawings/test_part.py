@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import cadquery as cq
 import numpy as np
 import pytest
 
+from delta_cad.assembly.machine import Assembly
 from delta_cad.dimensions import Dimensions
-from delta_cad.export.drawings.notes import named, notes_of, ordered_as
+from delta_cad.export.drawings.notes import named, notes_of, ordered_as, side_of
 from delta_cad.export.drawings.part.controlled import Controlled, Length, Round, controlled
 from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
@@ -21,9 +23,12 @@ from delta_cad.export.drawings.title import UNDATED, grams
 from delta_cad.export.drawings.views.choice import views_of
 from delta_cad.export.drawings.views.projection import Frame
 from delta_cad.export.drawings.write import titles_of
+from delta_cad.export.shop.jigs import jigs_of
+from delta_cad.solids.forearm import make_cross_bar, make_rod_tube
 from delta_cad.solids.making import material
 from delta_cad.solids.part import Hole, Part
-from tests.delta_cad.export.drawings.sample import HELD, METAL, plate
+from delta_cad.solids.platform import make_handle_stem
+from tests.delta_cad.export.drawings.sample import HELD, METAL, drawn, plate, texts
 
 
 def features(part: Part, held: Controlled = HELD) -> Features:
@@ -156,8 +161,10 @@ def test_controlled_lengths_are_the_machine_s_own(best_dimensions: Dimensions) -
     held, layers = controlled(best_dimensions), best_dimensions.layers
     assert [one.fit for one in held["shoulder_shaft"].rounds if one.is_of(8.0)] == ["h6"]
     assert held["shoulder_shaft"].round_of(8.002) is None
-    assert held["foot_block"].tolerance(1, layers.motor_cheek_mm[0]) == 0.02
-    assert held["foot_block"].tolerance(0, layers.motor_cheek_mm[0]) is None
+    wide = held["foot_block"].length(1, layers.motor_cheek_mm[0])
+    assert wide is not None
+    assert (wide.text, wide.deviations_mm) == ("±0.02", (-0.02, 0.02))
+    assert held["foot_block"].length(0, layers.motor_cheek_mm[0]) is None
     (length,) = held["cross_bar"].lengths
     assert length.end_mm - length.start_mm == pytest.approx(48.569, abs=5e-4)  # as its description says
 
@@ -228,6 +235,54 @@ def test_a_note_has_in_brackets_what_a_view_states_with_its_tolerance() -> None:
     held = Controlled((Length(2, 0.0, 8.0, 0.02),))
     notes = [text for _, text in notes_of(part, features(part, held), Frame((1, 0, 0), (0, 1, 0)), held)]
     assert notes[0] == "(8) thick, 60 ±0.05 long, (M4) in it."
+
+
+def test_a_note_says_where_the_sides_are_that_callouts_name(best_assembly: Assembly) -> None:
+    """Each bore that is made "from" a side enters there, and the note places that side as the main view shows it."""
+    looked = set[str]()
+    for part in (part for part in best_assembly.parts if part.make):
+        for bore in (bore for hole in part.holes for bore in hole.bores):
+            for side in re.findall(r"from (the \w+'s side|the outer side|below)", bore.callout):
+                assert np.allclose(side_of(part.number, side), -np.array(bore.direction)), (part.number, bore.callout)
+                looked.add(side)
+    assert looked == {"the arm's side", "the motor's side", "the encoder's side", "the outer side", "below"}
+    block = next(part for part in best_assembly.parts if part.number == "foot_block")
+    front = Frame((1, 0, 0), (0, 0, 1))  # seen from -y
+    notes = [text for _, text in notes_of(block, features(block, Controlled()), front, Controlled())]
+    sides = "the motor's side is behind, the encoder's side is in front, the lower side is at the bottom"
+    assert f"In the main view {sides}." in notes
+
+
+def test_a_centre_hole_stays_where_a_wall_is_left_around_it_and_an_end_is_solid(best_dimensions: Dimensions) -> None:
+    def allowed(part: Part) -> bool:
+        texts = [t for _, t in notes_of(part, features(part, Controlled()), Frame((1, 0, 0), (0, 1, 0)), Controlled())]
+        return any("Centre holes" in text for text in texts)
+
+    assert allowed(make_handle_stem(best_dimensions))
+    assert not allowed(make_cross_bar(best_dimensions))  # its studs are 2.5 wide, a centre hole's mouth 2.12
+    gauge = next(jig.part for jig in jigs_of(best_dimensions) if jig.part.number == "seat_gauge")
+    assert not allowed(gauge)  # a cone in either end
+
+
+def test_a_rod_s_tube_is_never_longer_than_what_its_jig_leaves(best_dimensions: Dimensions) -> None:
+    f = best_dimensions.forearm
+    (length,) = controlled(best_dimensions)["rod_tube"].lengths
+    assert length.end_mm + 2 * f.shoulder_mm + length.deviations_mm[1] == pytest.approx(f.length_mm, abs=1e-9)
+    assert length.text == "0/-0.3"
+    drawing, _ = drawn(make_rod_tube(best_dimensions), controlled(best_dimensions)["rod_tube"])
+    assert f"{f.tube_length_mm:.6g} 0/-0.3" in texts(drawing)
+
+
+def test_a_spigot_leaves_its_bond_at_all_limits(best_dimensions: Dimensions) -> None:
+    f = best_dimensions.forearm
+    spigot = controlled(best_dimensions)["rod_cup"].round_of(f.spigot_diameter_mm)
+    assert spigot is not None
+    assert spigot.either_mm / 2 <= (f.tube_bore_mm - f.spigot_diameter_mm) / 2 / 4
+
+
+def test_a_length_states_both_of_its_deviations() -> None:
+    assert Length(0, 0.0, 5.0, 0.02).text == "±0.02"
+    assert Length(0, 0.0, 5.0, 0.1, 0.05).text == "+0.05/-0.1"
 
 
 @pytest.mark.parametrize(
