@@ -34,7 +34,9 @@ from delta_cad.solids.part import Part, part_digest
 SUFFIX = ".profile.dxf"
 FOLDER = "profiles"
 LAYERS = {"OUTLINE": 1, "HOLES": 5, "PILOT": 3}
-"""With their colours. PILOT: openings that are finished after the cut, the cores of threads and bores of a fit."""
+"""With their colours. PILOT: what is finished after the cut, threads' cores, and bores of a fit with stock."""
+_STOCK_MM, _STOCK_WIDE_MM, _WIDE_MM = 0.5, 1.0, 6.0
+"""Of diameter, left to finish a bore of a fit, of one wider than the last the second; from memory: a beam's taper."""
 _THICKEST_MM = 30.0  # of aluminium, what a laser just cuts and a waterjet cuts square
 _LEAST_MM = 12.0  # across the blank: smaller pieces fall between the bars of a cutting table
 _BAR_MM, _DISC = 60.0, 5.0  # a round piece up to this diameter, or thicker than a share of it, comes off a bar
@@ -57,10 +59,12 @@ class Loop:
     Attributes:
         vertices: In order, anticlockwise; two of one circle for a whole circle.
         layer: In which it is drawn.
+        stock_mm: Of diameter, by which a circle is cut smaller, to be finished to the line.
     """
 
     vertices: tuple[Vertex, ...]
     layer: str
+    stock_mm: float = 0.0
 
     @cached_property
     def circle(self) -> tuple[float, float, float] | None:
@@ -116,15 +120,16 @@ class Profile:
         def draw(document: Any) -> None:
             add_layers(document, LAYERS)
             for loop in (self.outline, *self.openings):
-                add_loop(document.modelspace(), loop.vertices, loop.circle, loop.layer)
+                circle = loop.circle and (*loop.circle[:2], loop.circle[2] - loop.stock_mm / 2.0)
+                add_loop(document.modelspace(), loop.vertices, circle, loop.layer)
 
         return r2010_text(draw)
 
 
 def write_profiles(parts: Sequence[Part], folder: Path) -> None:
-    """Writes `<number>.profile.dxf` of each plate part among parts that are made; no folder where there is none."""
+    """Writes `<number>.profile.dxf` of each plate part among parts that are cut; no folder where there is none."""
     for part in parts:
-        if part.make and (profile := _profile_of(part)) is not None:
+        if part.make and not part.material.process and (profile := _profile_of(part)) is not None:
             folder.mkdir(exist_ok=True)
             (folder / f"{part.number}{SUFFIX}").write_text(profile.dxf(), encoding="utf-8", newline="\n")
 
@@ -153,7 +158,7 @@ def profile_of(part: Part) -> Profile | None:
     if outline.circle is not None and 2.0 * outline.circle[2] < max(_BAR_MM, _DISC * thickness):
         return None
     finished = list(_finished(part, axis))
-    found = [lines.loop(wire, _layer_of(wire, finished, axis)) for wire in shadow.innerWires()]
+    found = [lines.loop(wire, *_layer_of(wire, finished, axis)) for wire in shadow.innerWires()]
     openings = sorted((one for one in found if one is not None), key=lambda one: (one.layer, one.vertices))
     return Profile(axis, thickness, outline, tuple(openings))
 
@@ -244,7 +249,7 @@ class _Walls:
         self._axis = axis
         self._faces = [face for face in solid_faces(solid) if _is_wall(face, axis)]
 
-    def loop(self, wire: Any, layer: str) -> Loop | None:
+    def loop(self, wire: Any, layer: str, stock_mm: float = 0.0) -> Loop | None:
         """Reads a wire; None where a piece of it is no wall."""
         from OCP.BRepTools import BRepTools_WireExplorer
 
@@ -263,7 +268,7 @@ class _Walls:
             vertices = [(x, y, bulge) for (x, y, _), bulge in zip(turned, bulges, strict=True)]
         vertices = [(round(x, _DECIMALS) + 0.0, round(y, _DECIMALS) + 0.0, round(b, 9) + 0.0) for x, y, b in vertices]
         first = vertices.index(min(vertices))
-        return Loop(tuple(vertices[first:] + vertices[:first]), layer)
+        return Loop(tuple(vertices[first:] + vertices[:first]), layer, stock_mm)
 
     def _pieces(self, edge: Any) -> list[Vertex] | None:
         """The pieces of an edge in its wire's sense, a whole circle in two; None where it is no wall."""
@@ -321,18 +326,19 @@ def _arc(a: Vertex, b: Vertex) -> tuple[float, float, float]:
     return float(x), float(y), abs(radius)
 
 
-def _finished(part: Part, axis: int) -> Iterator[tuple[np.ndarray, float]]:
-    """Axis, seen along the plate's, and diameter of each bore that is finished after the cut, mm."""
+def _finished(part: Part, axis: int) -> Iterator[tuple[np.ndarray, float, float]]:
+    """Axis, seen along the plate's, diameter and stock of each bore that is finished after the cut, mm."""
     for bore in (bore for hole in part.holes for bore in hole.bores):
         if abs(bore.direction[axis]) > 1.0 - _ALONG and (bore.thread or bore.deviations_um is not None):
-            yield np.delete(np.array(bore.start_mm), axis), bore.diameter_mm
+            stock = 0.0 if bore.thread else _STOCK_MM if bore.diameter_mm <= _WIDE_MM else _STOCK_WIDE_MM
+            yield np.delete(np.array(bore.start_mm), axis), bore.diameter_mm, stock
 
 
-def _layer_of(wire: Any, finished: Sequence[tuple[np.ndarray, float]], axis: int) -> str:
-    """The layer of an opening: that of what is finished later where such a bore has its size and place."""
+def _layer_of(wire: Any, finished: Sequence[tuple[np.ndarray, float, float]], axis: int) -> tuple[str, float]:
+    """The layer of an opening and its stock: of what is finished later where such a bore has its size and place."""
     box = wire.BoundingBox(_SAME_MM)
     sizes, middle = np.delete([box.xlen, box.ylen, box.zlen], axis), np.delete(box.center.toTuple(), axis)
-    for at, diameter in finished:
+    for at, diameter, stock in finished:
         if np.linalg.norm(at - middle) < 10 * _SAME_MM and np.abs(sizes - diameter).max() < 20 * _SAME_MM:
-            return "PILOT"
-    return "HOLES"
+            return "PILOT", stock
+    return "HOLES", 0.0

@@ -23,7 +23,7 @@ from delta_cad.solids.part import Part
 
 FILE = "quotation.zip"
 TABLE = "quotation.csv"
-_SUFFIXES = (".step", ".pdf", SUFFIX)
+_CUT, _PRINTED = (".step", ".pdf", SUFFIX), (".step", ".pdf", ".3mf")  # only the 3MF has a print's own holes
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,8 @@ class QuotedPart:
         part_number: Number of the part, and first part of its files' names.
         quantity: How many a machine has.
         material: As its drawing orders it.
-        finish: What is done to it after it is cut.
+        process: "cut", or how it is printed, such as "fdm".
+        finish: What is done to it after that.
         size_mm: What it reaches along its axes.
         mass_g: Of one.
         files: Names in the archive.
@@ -43,6 +44,7 @@ class QuotedPart:
     part_number: str
     quantity: int
     material: str
+    process: str
     finish: str
     size_mm: str
     mass_g: str
@@ -52,7 +54,8 @@ class QuotedPart:
 def quoted(part: Part, titles: Titles) -> QuotedPart:
     """Gives the row of a part, in the words of its drawing's title block."""
     size, mass = titles.size.removesuffix(" mm"), titles.mass.removesuffix(" g")
-    return QuotedPart(part.number, int(titles.quantity), titles.material, finish_of(part), size, mass)
+    process = part.material.process or "cut"
+    return QuotedPart(part.number, int(titles.quantity), titles.material, process, finish_of(part), size, mass)
 
 
 def quoted_parts(d: Dimensions, assembly: Assembly, unit_mass_kg: Mapping[str, float]) -> list[QuotedPart]:
@@ -72,10 +75,11 @@ def quoted_parts(d: Dimensions, assembly: Assembly, unit_mass_kg: Mapping[str, f
 
 
 def write_quotation(rows: Sequence[QuotedPart], folder: Path) -> None:
-    """Packs the STEP file, the drawing and the profile of each part that the folder has, with the table of all."""
+    """Packs the files of each part that the folder has, with the table of all: a cut one's profile, a print's 3MF."""
     entries, listed = dict[str, bytes](), list[QuotedPart]()
     for row in rows:
-        names = {row.part_number + suffix for suffix in _SUFFIXES}
+        suffixes = _CUT if row.process == "cut" else _PRINTED
+        names = {row.part_number + suffix for suffix in suffixes}
         files = sorted(path for path in folder.rglob(f"{row.part_number}.*") if path.name in names)
         own = {f"{row.part_number}/{path.name}": path.read_bytes() for path in files}
         entries |= own

@@ -22,7 +22,9 @@ def check_quotation(folder: Path) -> list[dict[str, str]]:
         names = row["files"].split()
         assert all(name.startswith(f"{number}/{number}.") for name in names)
         assert row["material"]
-        assert row["finish"].startswith("Finish: ")
+        assert row["finish"]
+        assert (f"{number}/{number}.3mf" in names) == (row["process"] != "cut")
+        assert row["process"] == "cut" or not any(name.endswith(".profile.dxf") for name in names)
         assert len([float(size) for size in row["size_mm"].split(" x ")]) == 3
         assert content[f"{number}/{number}.step"].count(b"MANIFOLD_SOLID_BREP") == 1
         for name in names:

@@ -14,7 +14,6 @@ import cadquery as cq
 import numpy as np
 import pytest
 
-from delta_cad import catalogue
 from delta_cad.assembly.faces import solid_faces
 from delta_cad.assembly.machine import Assembly
 from delta_cad.checks.dfm.lines import Lines
@@ -141,7 +140,8 @@ def test_a_ray_through_the_plate_meets_the_part_where_the_profile_has_metal(asse
     random = np.random.default_rng(44)
     for part in (part for part in assembly.parts if part.number in PLATES | ALSO):
         found = profile(part)
-        loops = [polygon(entity) for entity in read(found.dxf())]
+        finished = replace(found, openings=tuple(replace(one, stock_mm=0.0) for one in found.openings))
+        loops = [polygon(entity) for entity in read(finished.dxf())]
         low, high = extents(loops)
         lines, way = Lines(part.solid), np.eye(3)[found.axis]
         looked = 0
@@ -167,7 +167,9 @@ def test_extents_and_layers_are_those_of_the_part(assembly: Assembly) -> None:
         assert np.ptp(extents([outline]), axis=0) == pytest.approx(sizes, abs=2e-3)
         assert found.thickness_mm == pytest.approx([box.xlen, box.ylen, box.zlen][found.axis])
         own = area(outline) - sum(area(polygon(one)) for one in entities if one.dxf.layer != "OUTLINE")
-        assert own == pytest.approx(found.area_mm2, rel=1e-4)
+        whole = [2.0 * one.circle[2] for one in found.openings if one.circle and one.layer == "PILOT" and one.stock_mm]
+        stock = sum(pi / 4.0 * (d**2 - (d - (0.5 if d <= 6.0 else 1.0)) ** 2) for d in whole)
+        assert own == pytest.approx(found.area_mm2 + stock, rel=1e-4)
 
 
 @pytest.mark.parametrize("number", ["base_plate", "foot_block"])
@@ -180,17 +182,18 @@ def test_what_a_blank_has_over_the_part_is_what_is_bored_and_bevelled(best_assem
     assert over == pytest.approx(sunk, rel=0.01)  # at corners two bevels share a piece
 
 
-def test_threads_and_fits_are_marked_for_finishing(best_assembly: Assembly) -> None:
-    part = part_of(best_assembly, "foot_block")
+@pytest.mark.parametrize("number", ["foot_block", "motor_cheek"])
+def test_threads_and_fits_are_marked_for_finishing_and_fits_have_stock(best_assembly: Assembly, number: str) -> None:
+    part = part_of(best_assembly, number)
     circles = [entity for entity in read(profile(part).dxf()) if entity.dxftype() == "CIRCLE"]
     pilots = sorted(round(2 * c.dxf.radius, 3) for c in circles if c.dxf.layer == "PILOT")
     axis = profile(part).axis
     along = [b for hole in part.holes for b in hole.bores if b.through and abs(b.direction[axis]) > 0.999]
     later = [bore for bore in along if bore.thread or bore.deviations_um]
-    assert pilots == sorted(round(bore.diameter_mm, 3) for bore in later)
-    assert catalogue.screw("M4").tap_drill_mm in pilots
+    by_hand = {"foot_block": [3.3, 3.3], "motor_cheek": [2.5, 2.5, 3.5, 14.0]}  # 3 H7 twice, 4 H7 and 15 H7
+    assert pilots == by_hand[number]
     cut = {round(2 * c.dxf.radius, 3) for c in circles if c.dxf.layer == "HOLES"}
-    assert cut == {bore.diameter_mm for bore in along} - set(pilots)
+    assert cut == {bore.diameter_mm for bore in along} - {bore.diameter_mm for bore in later}
 
 
 def test_what_is_turned_rounded_thick_or_small_has_none(best_assembly: Assembly) -> None:

@@ -10,8 +10,8 @@ import pytest
 
 from delta_cad.export.shop.quotation import QuotedPart, write_quotation
 
-PLATE = QuotedPart("plate", 2, "Aluminium", "Finish: as cut, no coating.", "80 x 60 x 8", "103")
-PLATE_2 = QuotedPart("plate_2", 1, "Brass", "=1+1", "10 x 10 x 3", "2.5")
+PLATE = QuotedPart("plate", 2, "Aluminium", "cut", "as cut, no coating", "80 x 60 x 8", "103")
+PLATE_2 = QuotedPart("plate_2", 1, "Brass", "cut", "=1+1", "10 x 10 x 3", "2.5")
 
 
 def packed(folder: Path) -> dict[str, bytes]:
@@ -48,11 +48,19 @@ def test_each_part_has_its_own_files_and_its_row(folder: Path) -> None:
     ]
     assert content["plate/plate.profile.dxf"] == b"profile"
     assert content["quotation.csv"].decode().splitlines() == [
-        "part_number,quantity,material,finish,size_mm,mass_g,files",
-        'plate,2,Aluminium,"Finish: as cut, no coating.",80 x 60 x 8,103,'
+        "part_number,quantity,material,process,finish,size_mm,mass_g,files",
+        'plate,2,Aluminium,cut,"as cut, no coating",80 x 60 x 8,103,'
         "plate/plate.pdf plate/plate.step plate/plate.profile.dxf",
-        "plate_2,1,Brass,'=1+1,10 x 10 x 3,2.5,plate_2/plate_2.step",
+        "plate_2,1,Brass,cut,'=1+1,10 x 10 x 3,2.5,plate_2/plate_2.step",
     ]
+
+
+def test_a_printed_part_has_its_body_to_print_and_a_cut_one_none(folder: Path) -> None:
+    for name in ("plate.3mf", "print.3mf", "print.step", "print.stl"):
+        (folder / "parts" / name).write_text(name)
+    printed = QuotedPart("print", 1, "PETG", "fdm", "as printed", "80 x 60 x 8", "103")
+    write_quotation([PLATE, printed], folder)
+    assert {name for name in packed(folder) if name.endswith(("mf", "tl"))} == {"print/print.3mf"}
 
 
 def test_it_is_the_same_bytes_whenever_it_is_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
