@@ -42,7 +42,7 @@ from delta_cad.dimensions.tolerances.zero import (
 from delta_cad.mechanism import joint_angles
 from delta_cad.mechanism.placement import CHAINS, SIDES
 from delta_cad.solids.bought_parts import CORD_SLACK_MM
-from delta_cad.solids.brackets import base_pin_mm, cheek_dowel_depth_mm, is_slotted
+from delta_cad.solids.brackets import DOWEL_DEPTH_MM, base_pin_mm, cheek_dowel_depth_mm, is_base_slotted, is_slotted
 from delta_cad.solids.part import Consumable
 
 STEPS = Path(__file__).with_name("sequence.toml")
@@ -82,10 +82,11 @@ def _conditions(d: Dimensions) -> dict[str, bool]:
         "printed": any_printed(d.design.hardware),
         "printed_bosses": d.is_printed("upper_arm") or d.is_printed("platform"),
         "slotted": is_slotted(d, "m", 1),
+        "base_slotted": is_base_slotted(d),
         "boards": bool(d.motor.drive_board),
     }
     names = {"direct": "capstan", "own_encoder": "sensor", "no_slot": "slot"}
-    names |= {"cut_bosses": "printed_bosses", "reamed": "slotted"}
+    names |= {"cut_bosses": "printed_bosses", "reamed": "slotted", "base_reamed": "base_slotted"}
     names |= {"no_stud": "stud", "no_sleeves": "sleeves", "uneven": "even", "not_alike": "alike"}
     return holding | {name: not holding[of] for name, of in names.items()}
 
@@ -120,6 +121,7 @@ def _values(d: Dimensions) -> dict[str, Any]:
         "reamed_mm": cheek_dowel_depth_mm(d),
         "straight_mm": STRAIGHT_MM,
         "cord_slack_mm": CORD_SLACK_MM,
+        "base_reamed_mm": DOWEL_DEPTH_MM,
         "pins_under_mm": d.base.thickness_mm - base_pin_mm(d)[0],
         "cube_mm": cube.bottom_height_mm + cube.half_side_mm,
         "home_deg": degrees(d.home_rad),
@@ -226,7 +228,7 @@ class _Sequence:
             tightened=self._named(row["tightened"], at) if "tightened" in row else screws,
             torque_N_m=None if torque is None else float(torque.format(**self._values)),
             tools=self._texts(row.get("tools", ()), at),
-            supplies=tuple(number for number in row.get("supplies", ()) if number in self._bought),
+            supplies=tuple(number for number in self._texts(row.get("supplies", ()), at) if number in self._bought),
             checks=self._texts(row.get("checks", ()), at),
             shown=self._named(row.get("shown", ()), at),
             unseen=self._named(row.get("unseen", ()), at),
