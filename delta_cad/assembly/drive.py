@@ -11,7 +11,6 @@ from delta_cad.assembly.builder import (
     CABLE_OFF_MM,
     CHAMFERS_MM,
     DRIVEN,
-    FIT_MM,
     IN,
     NEXT_TO_MM,
     OUT,
@@ -51,9 +50,10 @@ from delta_cad.dimensions.capstan import (
 from delta_cad.dimensions.layers import motor_screw_mm
 from delta_cad.interference.ferrule_insertion import second_way_rad
 from delta_cad.solids import bought_parts, capstan, upper_arm
-from delta_cad.solids.bought_parts import PRELOAD_PLAY_MM, make_bearing, make_wave_spring
+from delta_cad.solids.bought_parts import make_bearing, make_wave_spring
 from delta_cad.solids.part import Removal, ToolAccess
 
+_THREADED_MM = 0.07  # from a cable, drawn thinner, to its sleeve's bore, at most
 _ADJACENT = (  # what of an arm passes what of its own bracket at less than the clearance of others
     ("crimp_sleeve_{}_0", "motor_cheek_{}"),
     ("capstan_cable_{}_inner", "motor_cheek_{}"),
@@ -166,7 +166,7 @@ def _bearings(builder: AssemblyBuilder, i: int) -> None:
         builder.connect(turns, seated(name, collar, "collar on the inner ring"))
     row = d.preload
     assert row is not None
-    pressing = ring(row.housing_mm - PRELOAD_PLAY_MM, max(row.inner_mm, inner))
+    pressing = ring(row.outer_mm, max(row.inner_mm, inner))
     builder.put(
         f"wave_spring_{i}",
         builder.made(make_wave_spring),
@@ -252,7 +252,7 @@ def _cable(builder: AssemblyBuilder, c: CapstanDimensions, i: int) -> None:
         on_rim = wound(sector, 0.97 * on_rim_mm, "cable on the rim")
         part = builder.made(capstan.make_cable, f"cable_{side}", end)
         builder.put(rim, part, link, np.eye(4), on_rim, onward(free))
-        held = [wound(f"crimp_sleeve_{i}_{end}", 0.9 * CRIMP_MM[1], "cable crimped in its sleeve", FIT_MM)]
+        held = [wound(f"crimp_sleeve_{i}_{end}", 0.9 * CRIMP_MM[1], "cable in its sleeve, uncrimped", _THREADED_MM)]
         if not end:
             nose = (c.nose_radius_mm + c.cable_diameter_mm / 2) * c.turns_rad[0]
             held.append(wound(sector, 0.97 * nose, "cable round the nose"))

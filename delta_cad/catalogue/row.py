@@ -73,6 +73,11 @@ class CatalogueRow:
     price_EUR: Quantity | None = None
     price_source: MaybeText = ""
 
+    @property
+    def to_drawing(self) -> bool:
+        """Whether nobody has it in stock: it is made by a drawing of ours, as its order or its description says."""
+        return "to drawing" in f"{self.order_code} {self.description}"
+
     def fault(self) -> str:
         """Says what cannot be true of the row, or nothing; each family adds what holds between its fields."""
         return ""

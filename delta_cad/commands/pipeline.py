@@ -355,7 +355,7 @@ def write_files(machine: BuiltMachine, cost: Cost, folder: Path, progress: _Prog
     parts.mkdir(exist_ok=True)  # another process writes meshes there
     general, held = general_class(d), controlled(d)
     for part in assembly.parts:
-        if part.make:
+        if part.is_drawn:
             progress(f"parts/{part.number}")
             path, tolerances = parts / f"{part.number}.step", held.get(part.number)
 

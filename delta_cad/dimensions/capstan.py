@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import acos, cos, floor, hypot, inf, pi, radians, sin, sqrt
+from math import acos, ceil, cos, floor, hypot, inf, pi, radians, sin, sqrt
 
 import numpy as np
 
@@ -54,6 +54,7 @@ _RIM_SIDE_MM = 0.8  # rim beside the cable where it is nearest to the rim's edge
 _SLOT_WALL_MM = 1.0  # least metal from the stop pin's slot to the rim and from the pin to the motor's pilot bore
 ANCHOR_MM, ANCHOR_SIDE_MM = 6.0, 3.2  # wall at the inner end that the cable's sleeve bears on: along it, and inside
 CRIMP_MM = (1.8, 3.0)  # diameter and length of the sleeves crimped on the cable
+_THREADED_MM = 0.05  # by which their bore is wider than the cable, at least, and in steps of which it is drilled
 ROPE_FACTOR = 3.15  # breaking load over tension, ISO 4308-1 of the lightest class; bending is the ratio's affair
 _COLLAR_OFF_MM = (
     -0.6
@@ -534,6 +535,11 @@ def lug_length_mm() -> float:
 
 RIM_MM = 3.5  # height of the rim's full width under the cable
 SLEEVE_OVER_MM = (CARRIAGE_MM[1] + CRIMP_MM[0]) / 2 + 0.6  # aside of its seat, so far a sleeve passes over its carriage
+
+
+def sleeve_bore_mm(cable_mm: float) -> float:
+    """Gives the bore of a cable's sleeve as it is turned, before it is crimped: the rope goes through it."""
+    return round(ceil(cable_mm / _THREADED_MM + 1.0 - 1e-9) * _THREADED_MM, 3)
 
 
 def rim_end(c: CapstanDimensions, end: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -57,7 +57,7 @@ class BomRow:
 
 def items_of(assembly: Assembly) -> dict[str, int]:
     """Numbers the parts that are ordered or made, from 1: the made ones first. Number of each part -> its item."""
-    whole = sorted((part for part in assembly.parts if not part.piece_of), key=lambda part: not part.make)
+    whole = sorted((part for part in assembly.parts if not part.piece_of), key=lambda part: not part.is_drawn)
     return {part.number: item for item, part in enumerate(whole, start=1)}
 
 
@@ -80,7 +80,7 @@ def bill_of_materials(assembly: Assembly, unit_mass_kg: Mapping[str, float], cos
     for part in sorted((part for part in assembly.parts if part.number in items), key=lambda part: items[part.number]):
         pieces = [part, *(piece for piece in assembly.parts if piece.piece_of == part.number)]
         mass_g = sum(unit_mass_kg[piece.number] for piece in pieces) * G_PER_KG
-        kind = "make" if part.make else "buy"
+        kind = "make" if part.is_drawn else "buy"
         rows.append(_row(items[part.number], part, quantity[part.number], kind, part.material.name, mass_g))
     for item, supply in enumerate(assembly.supplies, start=len(rows) + 1):
         rows.append(_row(item, supply, supply.quantity, "buy", supply.material, supply.unit_mass_g))

@@ -111,9 +111,9 @@ def write_part_step(
     """
     document, _ = _document()
     label, held = _define(document, part), held or Controlled()
-    if schema == "AP242" and part.make:
+    if schema == "AP242" and part.is_drawn:
         add_tolerances(document, label, part, held)
-    _write(document, path, schema, part.number, revision, notes(part, held, general) if part.make else None)
+    _write(document, path, schema, part.number, revision, notes(part, held, general) if part.is_drawn else None)
     path.write_bytes(without_runouts(path.read_bytes()))
 
 

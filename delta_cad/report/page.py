@@ -158,7 +158,7 @@ def scene(s: Subject, handle: Handle) -> dict[str, Any]:
                 "number": part.piece_of or part.number,
                 "description": part.description,
                 "material": part.material.name,
-                "make": part.make,
+                "make": part.is_drawn,
                 "mass_g": plain(G_PER_KG * s.masses["parts"][part.number]["mass_kg"], 4),
             }
             for part in s.assembly.parts

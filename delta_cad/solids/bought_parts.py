@@ -13,9 +13,16 @@ from delta_cad import catalogue
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.forearm import BALL_GLUE_MM, EYE_WALL_MM, ForearmDimensions
 from delta_cad.dimensions.layers import motor_thread_mm
-from delta_cad.dimensions.tolerances import BALL_CENTRE_MM, EROSION_UM, preload_range_N, spring_height_mm
+from delta_cad.dimensions.tolerances import (
+    BALL_CENTRE_MM,
+    BOARD_ZONE_MM,
+    CHIP_PLACE_MM,
+    EROSION_UM,
+    preload_range_N,
+    spring_height_mm,
+)
 from delta_cad.mechanism.geometry import SIN_60
-from delta_cad.solids.boring import Boring, along_y, along_z, blind, within
+from delta_cad.solids.boring import Boring, along_y, along_z, blind, placed, within
 from delta_cad.solids.making import bought_part, made_part, material, ordered, round_y, round_z
 from delta_cad.solids.part import Hole, Part
 from delta_cad.solids.primitive import THROUGH_MM, ball, bore_y, bore_z, box, cut, cylinder, feature, fuse, turned
@@ -107,7 +114,6 @@ def make_stock_spacer(number: str, row: catalogue.Spacer, length_mm: float, alon
     return bought_part(number, row, solid, row.material, extent, size=f" x {length_mm:g}", holes=holes)
 
 
-PRELOAD_PLAY_MM = 0.3  # of diameter, by which a wave spring is smaller than its bore
 _STEEL_G_MM3 = 7.9e-3
 
 
@@ -140,7 +146,7 @@ def make_wave_spring(d: Dimensions) -> Part:
     """Wave spring along y from 0 to its working height, drawn as the ring between which it waves."""
     row = d.preload
     assert row is not None
-    height, outer = row.work_height_mm, row.housing_mm - PRELOAD_PLAY_MM
+    height, outer = row.work_height_mm, row.outer_mm
 
     def ring() -> cq.Shape:
         inside = bore_y(row.inner_mm, (0.0, 0.0), (-THROUGH_MM, height + THROUGH_MM))
@@ -152,7 +158,7 @@ def make_wave_spring(d: Dimensions) -> Part:
     extent = round_y(outer / 2, (0.0, height))
     (low, high), (least, most) = spring_height_mm(row), preload_range_N(row)
     at = f", {least:.1f} to {most:.1f} N at {high:.2f} to {low:.2f} mm in its seat"
-    part = bought_part("wave_spring", row, shape, "steel", extent, mass, holes=holes)
+    part = bought_part("wave_spring", row, shape, "spring-strip", extent, mass, holes=holes)
     return replace(part, description=part.description + at)
 
 
@@ -195,19 +201,29 @@ def make_encoder_board(d: Dimensions) -> Part:
     board = box((-half_x, -e.board_thickness_mm, -half_z), (half_x, 0.0, half_z))
     chip = box((-2.2, -THROUGH_MM, -2.5), (2.2, e.chip_height_mm, 2.5))
     plug = box((half_x - 5.0, -e.board_thickness_mm - 4.0, -5.0), (half_x - 1.0, -e.board_thickness_mm + 0.2, 5.0))
-    holes = [
-        bore_y(
-            e.hole_diameter_mm,
-            (sx * e.hole_spacing_length_mm / 2, sz * e.hole_spacing_width_mm / 2),
-            (-e.board_thickness_mm - 1, 1),
-        )
-        for sx in (-1, 1)
-        for sz in (-1, 1)
-    ]
-    shape = feature("encoder_board", "board", "hardware.encoder", lambda: cut(fuse(board, chip, plug), holes))
-    hole = Hole(e.hole_diameter_mm, e.hole_count, f"{e.hole_diameter_mm:g} through, screws")
+    way = (0.0, -e.board_thickness_mm)
+    places = [(sx * e.hole_spacing_length_mm / 2, sz * e.hole_spacing_width_mm / 2) for sx in (-1, 1) for sz in (-1, 1)]
+    boring = Boring()
+    bores = (placed(along_y(e.hole_diameter_mm, at, way), BOARD_ZONE_MM) for at in places)
+    boring.add(f"{e.hole_diameter_mm:g} through, screws", bores)
+    shape = feature("encoder_board", "board", "hardware.encoder", lambda: cut(fuse(board, chip, plug), boring.tools))
     extent = (-half_x, half_x), (-e.board_thickness_mm - 4.0, e.chip_height_mm), (-half_z, half_z)
-    return bought_part("encoder_board", e, shape, "fr4", extent, e.mass_g, holes=(hole,))
+    part = bought_part("encoder_board", e, shape, "fr4", extent, e.mass_g, holes=tuple(boring.holes))
+    if part.to_drawing:
+        return replace(part, notes=_board_notes(e))
+    return replace(part, holes=tuple(replace(hole, bores=()) for hole in part.holes))  # its maker states no zone
+
+
+def _board_notes(e: catalogue.Encoder) -> tuple[str, ...]:
+    """What a board's drawing says beside its shape: copper, parts and nets, in the names of the chip's data sheet."""
+    return (
+        "Two copper layers of 0.035, solder mask on both sides. The box of 4.4 x 5 is U1; that of 4 x 10 is J1.",
+        f"U1 is {e.maker} {e.order_code}: its sensor is within {CHIP_PLACE_MM:g} of the middle of the four holes.",
+        "J1 is JST SM06B-SRSS-TB, its plug goes in from the short edge beside it.",
+        "Nets from J1 to the pins of U1 with these functions: 1 VDD, 2 GND, 3 SCK, 4 MOSI, 5 MISO, 6 CSN. C1, 100 nF, "
+        "from VDD to GND beside U1. All other pins as the data sheet of U1 has them for SPI.",
+        "Nothing magnetic on the board, no other part on the side of U1 but C1.",
+    )
 
 
 def make_encoder_magnet(d: Dimensions) -> Part:
@@ -321,6 +337,6 @@ def make_rod_spring(d: Dimensions) -> Part:
 
     solid = feature(number, "coils", "mechanism.parallelogram_width_mm", drawn)
     extent = round_y(mean + wire, (-half - 2 * wire, half + 2 * wire))
-    made = bought_part(number, row, solid, "steel", extent, spring_mass_g(f))
+    made = bought_part(number, row, solid, "spring-wire", extent, spring_mass_g(f))
     drawing = f"{f.joint.spring_N:.1f} N at {f.between_eyes_mm:g} mm between the eyes of two rods; mass with its cord"
     return replace(made, description=f"{row.description}: {drawing}")

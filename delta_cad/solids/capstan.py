@@ -32,12 +32,13 @@ from delta_cad.dimensions.capstan import (
     CapstanDimensions,
     lug_length_mm,
     rim_end,
+    sleeve_bore_mm,
 )
 from delta_cad.dimensions.tolerances import LENGTH_MM, STOP_ZONE_MM
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids.boring import Boring, along_y, along_z, between, blind, fitted, group, placed, tapped
 from delta_cad.solids.making import bought_part, hull_y, made_part, material, points_of_arc, round_y, round_z
-from delta_cad.solids.part import Hole, Part
+from delta_cad.solids.part import Bore, Hole, Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     arcs_about_y,
@@ -391,20 +392,21 @@ def _bought(d: Dimensions, number: str, shape: cq.Shape, length_mm: float) -> Pa
 
 
 def make_crimp_sleeve(d: Dimensions) -> Part:
-    """Sleeve crimped on the cable, behind the anchor's wall or in the carriage; along z from the cable's pull."""
+    """Sleeve of the cable, uncrimped, behind the anchor's wall or in the carriage; along z from the cable's pull."""
     c, number = capstan_of(d), "crimp_sleeve"
     outer, length = CRIMP_MM
-    sleeve = cylinder(outer, (0, 0, 0), (0, 0, length))
-    bore = cylinder(c.cable_diameter_mm, (0, 0, -THROUGH_MM), (0, 0, length + THROUGH_MM))
+    boring, bore = Boring(), sleeve_bore_mm(c.cable_diameter_mm)
+    boring.add(f"{bore:g} through", [along_z(bore, (0.0, 0.0), (0.0, length))])
     return Part(
         number,
-        f"crimp sleeve {outer:g} x {length:g} for {c.cable_diameter_mm:g} mm cable",
-        one_solid(cut(sleeve, [bore]), number),
+        f"crimp sleeve {outer:g} x {length:g}, bore {bore:g}, for {c.cable_diameter_mm:g} mm cable",
+        one_solid(cut(cylinder(outer, (0, 0, 0), (0, 0, length)), boring.tools), number),
         material("brass"),
         False,
-        (Hole(c.cable_diameter_mm, 1, f"{c.cable_diameter_mm:g} through, crimped"),),
+        tuple(boring.holes),
         extent_mm=round_z(outer / 2, (0.0, length)),
-        order_code=f"crimp sleeve for {c.cable_diameter_mm:g} mm wire rope",
-        source="cut from brass tube or turned, every size is ours; no maker's sleeve of this size was found; verified: "
+        source="turned to drawing, every size is ours; no maker's sleeve of this size was found; verified: "
         "yes: 2026-11-24, its hold is proved on the bench: each is pulled by what its cable may bear (assembly manual)",
+        to_drawing=True,
+        notes=("Stress relieved or soft, so that it does not crack: it is crimped on a wire rope at assembly.",),
     )

@@ -91,8 +91,9 @@ def bought_part(
         BuildError: The shape is not one valid solid.
     """
     description, solid = row.description + size, one_solid(shape, number)
-    order = ordered(row, size)
-    return Part(number, description, solid, material(substance), False, holes, mass_g, extent_mm=extent_mm, **order)
+    order, drawn = ordered(row, size), row.to_drawing
+    stuff = material(substance)
+    return Part(number, description, solid, stuff, False, holes, mass_g, extent_mm=extent_mm, to_drawing=drawn, **order)
 
 
 def ordered(row: CatalogueRow, size: str = "") -> Order:

@@ -144,6 +144,9 @@ class Part:
         solid: Exactly one valid solid at the part's own origin.
         material: Material, also of bought parts (for colour; mass may come from the catalogue).
         make: True when we machine or print it, False when it is bought.
+        to_drawing: Whether what is bought is in no stock: a maker of springs, boards or turned parts makes it by our
+            drawing, for a price by the piece; the rules of our shop do not hold for it.
+        notes: What its drawing says beside its shape.
         holes: Declared bores, checked against the solid.
         mass_g: Catalogue mass of a bought part; None: volume times density.
         standard: Standard of a bought part ("ISO 4762") or "".
@@ -165,6 +168,13 @@ class Part:
     source: str = ""
     extent_mm: Extent | None = None
     piece_of: str = ""
+    to_drawing: bool = False
+    notes: tuple[str, ...] = ()
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether it has a drawing: whoever makes it makes it by that."""
+        return self.make or self.to_drawing
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,9 @@ class TensionSpring(CatalogueRow):
         return "" if self.initial_tension_N < self.force_max_N else "must have initial_tension_N < force_max_N"
 
 
+_BORE_PLAY_MM = 0.3  # of diameter, by which a wave spring is smaller than its bore: it grows when it is pressed flat
+
+
 @dataclass(frozen=True, kw_only=True, config=ROW)
 class WaveSpring(CatalogueRow):
     """A wave spring or wave washer that presses on a bearing's ring.
@@ -74,6 +77,11 @@ class WaveSpring(CatalogueRow):
     work_height_mm: Quantity
     force_N: Quantity
     rate_N_mm: Quantity | None = None
+
+    @property
+    def outer_mm(self) -> float:
+        """Outside diameter, unloaded."""
+        return self.housing_mm - _BORE_PLAY_MM
 
     def fault(self) -> str:
         """Says that it has no width or no stroke."""

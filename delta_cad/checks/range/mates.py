@@ -156,7 +156,7 @@ class _Pattern:
     @property
     def assumed(self) -> tuple[str, float] | None:
         """Bought part whose holes have an assumed zone, and that zone, mm; None: neither part is one."""
-        owners = (one.owner.part.number for one in self.pins[0].holes)
+        owners = (one.owner.part.number for one in self.pins[0].holes if one.record is None)
         return next(((one, _BOUGHT_ZONES_MM[one]) for one in owners if one in _BOUGHT_ZONES_MM), None)
 
     def located(self, others: dict[Pair, _Pattern]) -> Locators | None:

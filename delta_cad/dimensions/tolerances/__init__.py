@@ -12,6 +12,7 @@ from delta_cad.dimensions.layers import SPAN_MM
 LENGTH_MM = 0.02  # either way, of every length of the shoulder's stack: milled or turned in one clamping, and measured
 STACK = 5  # such lengths: arm, sector, foot block, depth of the seat in either cheek
 WIDTH_MM = 0.12  # by which a bearing may be narrower, ISO 492 normal class up to a bore of 10 mm, as of 10 to 18
+WAVE_SHARE = 0.2  # of a wave spring's force and rate by which they may be larger than told; they are never smaller
 WORKING = (0.2, 0.8)  # share of its free height over its strip by which a wave spring is pressed, as makers advise
 DOWEL_PLAY_MM = 0.004  # of radius, at most: 3 m6 in H7
 MANDREL_FIT, MANDREL_MM = "h5", 0.008  # by which it may be thinner than its seats' nominal diameter, up to 18 mm
@@ -65,6 +66,9 @@ STOP_ZONE_MM = 0.1  # of a stop pin, and of the ends of the sector's slot, which
 MOTOR_ZONE_MM, BOARD_ZONE_MM = 0.2, 0.1
 """Zones of the threads in a motor's face, about its pilot, and of the holes of a circuit board, of which makers state
 none: ISO 2768-m of such circles, and what boards are drilled to; the check of mates states the largest borne."""
+CHIP_PLACE_MM, CHIP_HEIGHT_MM = 0.1, 0.25
+"""Either way: a chip's sensor from the middle of its board's holes, 0.05 in its package and 0.05 of that; its height,
+0.85 to 1.2 of a TSSOP-16. Source: MT6835 data sheet, 13."""
 BOARD_THREADS_MM = 0.2  # zone of an encoder board's threads, at most: half of it adds to the encoder's centring
 COAXIAL_MM = 0.05  # zone for the axis of an encoder's magnet in its shaft: half of it adds to the encoder's centring
 TRUE_MM = 0.05  # zone for the axes of a pinion's groove and of a cross-bar's studs, half of it in their chains

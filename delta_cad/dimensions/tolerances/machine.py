@@ -32,6 +32,8 @@ from delta_cad.dimensions.tolerances import (
     BALL_CENTRE_MM,
     BOARD_THREADS_MM,
     BOARD_ZONE_MM,
+    CHIP_HEIGHT_MM,
+    CHIP_PLACE_MM,
     COAXIAL_MM,
     DOWEL_PLAY_MM,
     EROSION_UM,
@@ -59,9 +61,7 @@ from delta_cad.dimensions.tolerances.general import CLASSES, NOTES, REQUIRED, co
 from delta_cad.dimensions.tolerances.mates import pair, screw_zone_mm
 from delta_cad.dimensions.tolerances.zero import zero_chains
 
-_CHIP_MM = 0.25  # height of a chip on its board, either way: 0.85 to 1.2 of a TSSOP-16 (MT6835 data sheet, 13)
 _MAGNET_MM = 0.1  # thickness of a sintered magnet, either way, as makers state
-_CHIP_PLACE_MM = 0.1  # a chip's sensor from its board's holes, either way: 0.05 in its package (the same), 0.05 of it
 _FEELER_MM = 0.1  # what is set with a gauge, either way
 _RING_UM = 8.0  # by which a bearing's bore or outside may be smaller than nominal, ISO 492 normal class up to 18 mm
 _MINUTES_PER_RAD = minutes(1.0)
@@ -129,7 +129,7 @@ def _gap_chain(d: Dimensions, general: str) -> Chain:
     encoder = d.encoder
     board = [
         either_way("board_spacer", "length", *_board_spacer(d, general), 1.0),
-        either_way("encoder_board", "height of its chip", "bought", _CHIP_MM, -1.0),
+        either_way("encoder_board", "height of its chip", "bought", CHIP_HEIGHT_MM, -1.0),
         either_way("encoder_magnet", "thickness", "bought", _MAGNET_MM, -1.0),
         either_way(
             "shoulder_shaft", "depth of the magnet's seat", "general", general_mm(d.shaft.magnet_depth_mm, general)
@@ -174,7 +174,7 @@ def _centring_chain(d: Dimensions) -> list[Chain]:
     links = [
         either_way("encoder_cheek", "place of the board's threads", "place", board_zone_mm(e) / 2.0),
         either_way("encoder_board", "its screws in its holes", "bought", loose),
-        either_way("encoder_board", "place of the chip", "bought", _CHIP_PLACE_MM),
+        either_way("encoder_board", "place of the chip", "bought", CHIP_PLACE_MM),
         either_way("encoder_magnet", "in its seat's bond", "set", MAGNET_GLUE_MM + MAGNET_WIDER_UM / 2000.0),
         either_way("shoulder_shaft", "magnet's seat off its journal", "place", COAXIAL_MM / 2.0),
     ]

@@ -36,7 +36,7 @@ def named(description: str) -> tuple[str, list[str]]:
 
 def ordered_as(part: Part) -> str:
     """Gives a part's material as it is ordered: designation, temper and standard of the product."""
-    if part.order_code:  # stock, or a bought part that is worked on
+    if part.order_code and not part.to_drawing:  # stock, or a bought part that is worked on
         return ", ".join(filter(None, (part.order_code, part.standard)))
     name = part.material.name
     row = next((row for row in catalogue.material.rows.values() if row.description == name), None)
@@ -53,6 +53,7 @@ def notes_of(part: Part, features: Features, front: Frame, held: Controlled) -> 
     right, up = (_axis(axis) for axis in front.axes)
     notes = [
         *(("", f"{_auxiliary(text, features, held)}.") for text in named(part.description)[1]),
+        *(("", text) for text in part.notes),
         ("", f"Coordinates count from 0, which is ({zero}) in the STEP file and in holes.csv."),
         ("", f"The main view's right is {right} there, its up {up}."),
         *_side_notes(part, front),
@@ -178,6 +179,8 @@ def finish_of(part: Part) -> str:
     if "anodised" in part.description:
         layer = "ISO 10074, 0.025 mm" if "hard anodised" in part.description else "ISO 7599-AA10"
         return f"anodised {layer}; sizes hold with the coating, fits and threads stay bare"
+    if part.to_drawing:
+        return "as its maker delivers it, clean and free of burrs"
     if part.material.process:
         return "as printed, supports and strings removed"
     return "as bought where nothing is cut" if part.order_code else "as cut, no coating"

@@ -33,6 +33,7 @@ from delta_cad.export.drawings.sheet_io.lettering import missing, missing_note
 from delta_cad.export.drawings.sheet_io.pdf import pdf_bytes
 from delta_cad.export.drawings.sheet_io.sheet import Drawing
 from delta_cad.export.drawings.sheet_io.svg import svg_text
+from delta_cad.export.drawings.spring_sheet import spring_drawing
 from delta_cad.export.drawings.title import UNDATED, Titles, grams
 from delta_cad.export.drawings.views.choice import ViewError, views_of
 from delta_cad.export.drawings.views.marks import RoomError
@@ -108,11 +109,14 @@ def _write_part_drawings(
     held, unit, drawn = controlled(d), _masses(masses), Drawn()
     count, general = Counter(one.part.number for one in assembly.occurrences), NOTES[general_class(d)]
     for part in assembly.parts:
-        if part.make:
+        if part.is_drawn:
             progress(f"drawing {part.number}")
             mass = grams(unit[part.number] * G_PER_KG)
             titles = titles_of(d, part, count[part.number], mass, general)
-            drawn += write_part_drawing(part, held.get(part.number, Controlled()), titles, folder)
+            if part.to_drawing and (sheet := spring_drawing(d, part, titles)) is not None:
+                drawn += _written(sheet, [f for one in sheet.sheets for f in sheet_faults(one)], folder)
+            else:
+                drawn += write_part_drawing(part, held.get(part.number, Controlled()), titles, folder)
     return drawn
 
 
@@ -136,10 +140,15 @@ def write_part_drawing(part: Part, held: Controlled, titles: Titles, folder: Pat
         drawing, features = part_drawing(part, held, titles)
     except _UNDRAWN as error:
         return Drawn(faults={part.number: [str(error)]})
+    return _written(drawing, drawing_faults(drawing, part, features), folder)
+
+
+def _written(drawing: Drawing, faults: list[str], folder: Path) -> Drawn:
+    """Writes the three files of a part's drawing."""
     (folder / f"{drawing.name}.pdf").write_bytes(pdf_bytes(drawing))
     (folder / f"{drawing.name}.svg").write_text(svg_text(drawing), encoding="utf-8")
     (folder / f"{drawing.name}.dxf").write_text(dxf_text(drawing), encoding="utf-8", newline="\n")
-    return _drawn(drawing, drawing_faults(drawing, part, features))
+    return _drawn(drawing, faults)
 
 
 def _handed_over(assembly: Assembly) -> Assembly:

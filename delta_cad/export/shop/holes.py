@@ -58,8 +58,9 @@ class HoleRow:
 
 def hole_list(assembly: Assembly) -> list[HoleRow]:
     """Lists every declared bore and slot of every part that is made, in order of first use."""
-    made = (part for part in assembly.parts if part.make)
-    return [row for part in made for k, hole in enumerate(part.holes, 1) for row in _rows(part.number, f"#{k}", hole)]
+    groups = ((part, k, hole) for part in assembly.parts for k, hole in enumerate(part.holes, 1))
+    stated = ((part, k, hole) for part, k, hole in groups if part.make or (part.to_drawing and hole.bores))
+    return [row for part, k, hole in stated for row in _rows(part.number, f"#{k}", hole)]
 
 
 def write_holes(rows: list[HoleRow], path: Path) -> None:

@@ -67,7 +67,7 @@ def quoted_parts(d: Dimensions, assembly: Assembly, unit_mass_kg: Mapping[str, f
         unit_mass_kg: Mass of one of each part by its number, kg.
     """
     count = Counter(one.part.number for one in assembly.occurrences)
-    made = (part for part in assembly.parts if part.make)
+    made = (part for part in assembly.parts if part.is_drawn)
     return [
         quoted(part, titles_of(d, part, count[part.number], grams(unit_mass_kg[part.number] * G_PER_KG)))
         for part in made

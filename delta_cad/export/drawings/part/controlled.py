@@ -10,6 +10,7 @@ from delta_cad.dimensions.capstan import PINION_TURNED_MM, RIM_TURNED_MM
 from delta_cad.dimensions.forearm import LINER_GLUE_MM
 from delta_cad.dimensions.joint import CLEARANCE_TOLERANCE_MM
 from delta_cad.dimensions.tolerances import (
+    CHIP_HEIGHT_MM,
     COAXIAL_MM,
     FITTED_RA_UM,
     LENGTH_MM,
@@ -159,6 +160,9 @@ def controlled(d: Dimensions) -> dict[str, Controlled]:
             rounds=(Round(seat, either_mm=gauged, where=lapped), Round(liner, either_mm=LINER_TURNED_MM))
         ),
     }
+    if d.encoder.to_drawing and d.sensed_at_shoulder:
+        height = Length(1, 0.0, d.encoder.chip_height_mm, CHIP_HEIGHT_MM)
+        found["encoder_board"] = Controlled((height,), seat=(1, 0.0))
     inside, pilot = layers.motor_cheek_mm[0], d.motor.pilot_diameter_mm
     outside = layers.encoder_cheek_mm[1]  # the cheeks' inner faces lie on the foot block
     found["motor_cheek"] = Controlled(square=(pilot,), seat=(1, inside))

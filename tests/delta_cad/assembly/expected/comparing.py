@@ -92,6 +92,7 @@ def _differences(part: Part, row: ExpectedMake) -> list[str]:
         "material": (part.material.name, material.description),
         "density": (part.material.density_kg_m3, material.density_kg_m3),
         "make": (part.make, row.make),
+        "to drawing": (part.to_drawing, row.to_drawing),
         "order code": (part.order_code, row.order_code),
         "standard": (part.standard, row.standard),
         "piece of": (part.piece_of, row.piece_of),

@@ -11,7 +11,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.capstan import TENSION_SCREW
 from delta_cad.dimensions.leads import LEAD_G_M, SENSOR_G_M
 from delta_cad.solids.base_plate import PAD_CODE
-from delta_cad.solids.bought_parts import PRELOAD_PLAY_MM, spring_mass_g
+from delta_cad.solids.bought_parts import spring_mass_g
 from delta_cad.solids.leads import CLIP, CLIP_G, CODES, SENSOR
 from delta_cad.solids.making import ordered
 from delta_cad.solids.panel import BOOT_CODE
@@ -35,6 +35,7 @@ class ExpectedMake:
         piece_of: As in `Part`: a part that says so falsely is missing from the bill of materials.
         mass_g: Mass as its maker states it; None: its volume times its density, within `fill`.
         fill: Least and largest share of that which is mass, of what is drawn as a solid bar and is none.
+        to_drawing: Whether a maker of such parts makes it by our drawing: nobody has it in stock.
     """
 
     number: str
@@ -45,6 +46,7 @@ class ExpectedMake:
     piece_of: str = ""
     mass_g: float | None = None
     fill: tuple[float, float] = (1.0, 1.0)
+    to_drawing: bool = False
 
 
 def expected_makes(d: Dimensions) -> tuple[ExpectedMake, ...]:
@@ -57,7 +59,7 @@ def expected_makes(d: Dimensions) -> tuple[ExpectedMake, ...]:
         _bought("encoder_board", d.encoder, "fr4", d.encoder.mass_g),
         _bought("encoder_magnet", d.magnet, "ndfeb", d.magnet.mass_g),
         _bought("bearing", d.bearing, "steel", d.bearing.mass_g),
-        _bought("rod_spring", d.forearm.spring, "steel", spring_mass_g(d.forearm)),
+        _bought("rod_spring", d.forearm.spring, "spring-wire", spring_mass_g(d.forearm)),
         ExpectedMake("joint_ball", d.forearm.ball.material, True, *_order(d.forearm.ball)),
         ExpectedMake("rod_tube", d.tube.material, True, *_order(d.tube)),
         _spacer("board_spacer", d.board_spacer, "brass", 5.0),
@@ -66,21 +68,21 @@ def expected_makes(d: Dimensions) -> tuple[ExpectedMake, ...]:
         *_panel(d),
         *_leads(d),
     ]
-    if (c := d.capstan) is not None:
-        rope = f"crimp sleeve for {c.cable_diameter_mm:g} mm wire rope"
-        stated.append(ExpectedMake("crimp_sleeve", "brass", False, rope))
+    if d.capstan is not None:
+        stated.append(ExpectedMake("crimp_sleeve", "brass", False, to_drawing=True))
         for piece in CABLE_PIECES:
             of = "capstan_cable" if piece else ""
             number, order = f"capstan_cable{piece}", _order(d.cable)
             stated.append(ExpectedMake(number, "stainless-1.4305", False, *order, piece_of=of, fill=ROPE_FILL))
     if (row := d.preload) is not None:
-        ring = pi / 4 * ((row.housing_mm - PRELOAD_PLAY_MM) ** 2 - row.inner_mm**2)
-        stated.append(_bought("wave_spring", row, "steel", ring * row.thickness_mm * SPRING_STEEL_G_MM3))
+        ring = pi / 4 * ((row.housing_mm - 0.3) ** 2 - row.inner_mm**2)
+        stated.append(_bought("wave_spring", row, "spring-strip", ring * row.thickness_mm * SPRING_STEEL_G_MM3))
     return tuple(stated)
 
 
 def _bought(number: str, row: CatalogueRow, material: str, mass_g: float | None) -> ExpectedMake:
-    return ExpectedMake(number, material, False, *_order(row), mass_g=mass_g)
+    drawn = number in ("rod_spring", "wave_spring") or row.id.startswith("mt68")
+    return ExpectedMake(number, material, False, *_order(row), mass_g=mass_g, to_drawing=drawn)
 
 
 def _spacer(number: str, row: catalogue.Spacer | None, material: str, length_mm: float) -> ExpectedMake:

@@ -132,17 +132,10 @@ def test_a_pattern_drawn_otherwise_fails(
 
 def test_a_board_with_holes_as_narrow_as_its_screws_does_not_go_on(best_assembly: Assembly) -> None:
     """Holes of 2.6 mm and screws M2.5, as some boards are sold: the record is that of the solid."""
-    from delta_cad.solids.boring import along_y
-    from delta_cad.solids.primitive import bore_y, cut
 
     def narrow(part: Part) -> Part:
-        places = [(x, z) for x in (-11.0, 11.0) for z in (-8.0, 8.0)]
-        filled = part.solid
-        for at in places:
-            filled = filled.fuse(bore_y(3.0, at, (-1.6, 0.0)))
-        solid = cut(filled, [bore_y(2.6, at, (-2.6, 1.0)) for at in places])
-        assert along_y(2.6, places[0], (-1.6, 0.0)).diameter_mm == 2.6
-        return replace(part, solid=solid.Solids()[0])
+        (holes,) = part.holes
+        return replace(part, holes=(replace(holes, bores=tuple(replace(b, diameter_mm=2.6) for b in holes.bores)),))
 
     found = results(with_part(best_assembly, "encoder_board", narrow))
     assert not found["mates screws of encoder board and encoder cheek"].passed
@@ -156,10 +149,29 @@ def test_a_direct_drive_has_both_cheeks_on_a_hole_and_a_slot(direct_assembly: As
     assert len({round(value or 0.0, 9) for value in sides}) == 1
 
 
+def test_a_board_to_drawing_is_held_against_the_zone_that_its_drawing_has(best_assembly: Assembly) -> None:
+    name = "mates screws of encoder board and encoder cheek"
+    drawn = results(best_assembly)[name]
+    assert "is assumed" not in drawn.detail
+
+    def tighter(part: Part) -> Part:
+        (holes,) = part.holes
+        return replace(part, holes=(replace(holes, bores=tuple(replace(b, zone_mm=0.04) for b in holes.bores)),))
+
+    found = results(with_part(best_assembly, "encoder_board", tighter))[name]
+    assert (found.value or 0.0) - (drawn.value or 0.0) == pytest.approx((0.1 - 0.04) / 2.0)
+
+
 @pytest.mark.parametrize("part", ["motor", "encoder_board"])
 def test_the_zone_that_a_bought_part_may_have_is_the_largest_that_goes_in(
     best_assembly: Assembly, monkeypatch: pytest.MonkeyPatch, part: str
 ) -> None:
+    """A board from stock, as the adapter boards of chips' makers, states no zone."""
+
+    def from_stock(one: Part) -> Part:
+        return replace(one, holes=tuple(replace(hole, bores=()) for hole in one.holes))
+
+    best_assembly = with_part(best_assembly, part, from_stock)
     zones = dict(mates._BOUGHT_ZONES_MM)
 
     def with_zone(zone_mm: float) -> CheckResult:

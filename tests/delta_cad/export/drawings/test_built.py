@@ -34,7 +34,7 @@ def folder(built: Built) -> Path:
 
 
 def test_every_made_part_has_its_files_and_the_check_holds(built: Built, folder: Path, best_assembly: Assembly) -> None:
-    made = {part.number for part in best_assembly.parts if part.make}
+    made = {part.number for part in best_assembly.parts if part.is_drawn}
     expected = {f"{number}.{suffix}" for number in made for suffix in ("pdf", "svg", "dxf")} | {"assembly.pdf"}
     assert {path.name for path in folder.iterdir()} == expected
     (check,) = [c for c in built.record["checks"] if c["name"] == "drawings"]

@@ -100,15 +100,19 @@ def _zone(found: Entities, text: str) -> str:
 
 
 def differences(folder: Path) -> dict[str, tuple[Counter[str], Counter[str]]]:
-    """What STEP file and drawing say of each made part of a build of which they do not say the same."""
-    data = {path.stem: stated(entities(path)) for path in sorted((folder / "parts").glob("*.step"))}
+    """What STEP file and drawing say of each made part of a build of which they do not say the same.
+
+    Of a spring the file has no shape to which its sheet's loads and diameters belong.
+    """
+    files = [path for path in sorted((folder / "parts").glob("*.step")) if not path.stem.endswith("_spring")]
+    data = {path.stem: stated(entities(path)) for path in files}
     paper = {number: drawn(folder / "drawings" / f"{number}.svg") for number in data}
     return {number: (data[number], paper[number]) for number in data if data[number] != paper[number]}
 
 
 def test_data_and_drawing_of_every_made_part_say_the_same(built: Built, best_assembly: Assembly) -> None:
-    files = [built.folder / "parts" / f"{part.number}.step" for part in best_assembly.parts if part.make]
-    assert len(files) == 17
+    files = [built.folder / "parts" / f"{part.number}.step" for part in best_assembly.parts if part.is_drawn]
+    assert len(files) == 21
     assert differences(built.folder) == {}
     total = sum((stated(entities(path)) for path in files), Counter())
     assert sum(total[fit] for fit in ("H6", "H7", "G7", "h6", "h7")) >= 25
