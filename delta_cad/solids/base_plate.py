@@ -102,8 +102,9 @@ def make_bench_pad(_: Dimensions) -> Part:
     solid, rubber = one_solid(bore_z(diameter, (0.0, 0.0), (0.0, height)), number), material("rubber")
     grams, extent = pi / 4 * diameter**2 * height * rubber.density_kg_m3 * 1e-6, round_z(diameter / 2, (0.0, height))
     text = f"rubber pad {diameter:g} x {height:g}, self-adhesive, under the bench plate"
-    order = {"order_code": PAD_CODE, "source": _PAD_SOURCE}
-    return Part(number, text, solid, rubber, False, (), grams, extent_mm=extent, **order)
+    return Part(
+        number, text, solid, rubber, False, (), grams, extent_mm=extent, order_code=PAD_CODE, source=_PAD_SOURCE
+    )
 
 
 def _bench_zone_mm(d: Dimensions) -> float:

@@ -38,7 +38,7 @@ from delta_cad.dimensions.tolerances import LENGTH_MM, STOP_ZONE_MM
 from delta_cad.mechanism.placement import frames
 from delta_cad.solids.boring import Boring, along_y, along_z, between, blind, fitted, group, placed, tapped
 from delta_cad.solids.making import bought_part, hull_y, made_part, material, points_of_arc, round_y, round_z
-from delta_cad.solids.part import Bore, Hole, Part
+from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import (
     THROUGH_MM,
     arcs_about_y,

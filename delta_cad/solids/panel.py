@@ -110,8 +110,9 @@ def make_boot_collar(d: Dimensions) -> Part:
 
 def _cloth(number: str, text: str, shape: cq.Shape, mass_g: float, extent: Extent, holes: tuple[Hole, ...]) -> Part:
     solid, cloth = one_solid(shape, number), material("rubber")
-    order = {"order_code": BOOT_CODE, "source": _BOOT_SOURCE}
-    return Part(number, text, solid, cloth, False, holes, mass_g, extent_mm=extent, **order)
+    return Part(
+        number, text, solid, cloth, False, holes, mass_g, extent_mm=extent, order_code=BOOT_CODE, source=_BOOT_SOURCE
+    )
 
 
 def make_mount_sleeve(d: Dimensions) -> Part:

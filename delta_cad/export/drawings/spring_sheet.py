@@ -127,7 +127,7 @@ def _loop(centre_mm: float, radius: float, body: float) -> Arc:
     return Arc("visible", (0.0, centre_mm), radius, middle - angle, middle + angle)
 
 
-def _wave(row: catalogue.WaveSpring, bearing: catalogue.BallBearing) -> tuple[list[Item], list[_Length], list[Row]]:
+def _wave(row: catalogue.WaveSpring, bearing: catalogue.Bearing) -> tuple[list[Item], list[_Length], list[Row]]:
     """A wave washer behind a bearing: its ring, seen along its axis, beside its circumference unrolled; its table."""
     outer, thick = row.outer_mm, row.thickness_mm
     waves, rise = row.waves or 3, row.free_height_mm - row.thickness_mm

@@ -64,7 +64,7 @@ def _changed(change: dict[str, dict[str, Any]]) -> Design:
 
 
 def _boundary(solid: Any) -> tuple[Any, ...]:
-    """Corners, and areas of faces, to a picometre and its square: the kernel's Booleans are not the same to the last bit.
+    """Corners, and areas of faces, to a picometre and its square: Booleans are not the same to the last bit.
 
     Its maps go by addresses: of a platform made four times two differed by 4e-15 mm.
     """

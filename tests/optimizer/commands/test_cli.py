@@ -254,7 +254,8 @@ def test_progress_appears_on_a_terminal_only(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "optimizer", "synthesize", str(JOYSTICK), "--method", "sqp", "--steps", "1"]
     code, shown = shown_on_a_terminal([*command, "--out", str(tmp_path / "b.json")])
     assert code == 0
-    assert b"step 1 of 3, sqp [################] 6 of 6; best so far half side 68.301" in shown
+    assert b"step 1 of 3, " in shown  # which steps are seen depends on how long each takes
+    assert b"best so far half side 68.301" in shown
     assert shown.endswith(b"\r\x1b[K")
 
 
