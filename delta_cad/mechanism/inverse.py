@@ -194,7 +194,8 @@ def forearm_determinant(s: np.ndarray) -> np.ndarray:
     Returns:
         (...) det, m^3; positive with the platform above the elbows.
     """
-    return (s[..., 0, :] * np.cross(s[..., 1, :], s[..., 2, :])).sum(axis=-1)
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = np.moveaxis(s, (-2, -1), (0, 1))
+    return ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
 
 
 def elbow_positions(g: DeltaGeometry, theta: ArrayLike) -> np.ndarray:

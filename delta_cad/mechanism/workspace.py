@@ -108,9 +108,13 @@ def cube_surface(cube: Cube, n: int) -> np.ndarray:
     Raises:
         GeometryError: n is less than 2.
     """
-    grid = cube_grid(cube, n)
+    return cube_grid(cube, n)[_on_surface(n)]
+
+
+@lru_cache(maxsize=8)
+def _on_surface(n: int) -> np.ndarray:
     index = np.indices((n, n, n)).reshape(3, -1)
-    return grid[((index == 0) | (index == n - 1)).any(axis=0)]
+    return ((index == 0) | (index == n - 1)).any(axis=0)
 
 
 class Extreme(NamedTuple):
@@ -144,8 +148,8 @@ class CubeExtremes:
     """
 
     def __init__(self, g: DeltaGeometry, cube: Cube, force: float, n: int) -> None:
-        self._of = g, cube, force, n
-        self.direct_margin_min, crossing = CubeSearch(cube, n).singularity(g)
+        self._of, self._search = (g, force), CubeSearch(cube, n)
+        self.direct_margin_min, crossing = self._search.singularity(g)
         if crossing is not None:
             self.torque_max = self.kappa_max = self.singular_value_max = Extreme(math.inf, crossing)
 
@@ -153,11 +157,10 @@ class CubeExtremes:
         """Searches for a figure of merit, once."""
         if name.startswith("_"):
             raise AttributeError(name)
-        g, cube, force, n = self._of
-        known = _figures(g, force)
+        known = _figures(*self._of)
         if name not in known:
             raise AttributeError(name)
-        found = vars(self)[name] = CubeSearch(cube, n)(*known[name])
+        found = vars(self)[name] = self._search(*known[name])
         return found
 
 
@@ -228,6 +231,8 @@ class CubeSearch:
     def __init__(self, cube: Cube, n: int = 41) -> None:
         self.cube, self.n = cube, n
         self.points = np.concatenate([cube_surface(cube, n), cube_grid(cube, max(2, (n + 3) // 4))])
+        at_ends = (*(self.points == cube.lower).T, *(self.points == cube.upper).T)
+        self._faces = [np.flatnonzero(face) for face in at_ends]
 
     def __call__(self, figure: _Figure, sign: float) -> Extreme:
         """Finds the smallest value of a figure, or for a sign of -1 the largest, polished inside the cube.
@@ -245,8 +250,7 @@ class CubeSearch:
         lower, upper = cube.lower, cube.upper
         costs = cost(points)
         starts = [int(np.argmin(costs))]
-        for face in (*(points == lower).T, *(points == upper).T):
-            starts.append(int(np.argmin(np.where(face, costs, np.inf))))
+        starts += [int(face[np.argmin(costs[face])]) for face in self._faces]
         best, best_cost = points[starts], costs[starts]
         offsets = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
         step = 2.0 * cube.half_side / (n - 1)
