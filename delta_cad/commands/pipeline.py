@@ -33,7 +33,8 @@ from delta_cad.common.worker_process import WorkerProcess
 from delta_cad.design import Design, design_hash, design_to_json
 from delta_cad.dimensions import Dimensions, dimensions
 from delta_cad.dimensions.joint import limit_values
-from delta_cad.dimensions.tolerances.machine import general_class, tolerance_record
+from delta_cad.dimensions.tolerances.machine import general_class
+from delta_cad.dimensions.tolerances.record import tolerance_record
 from delta_cad.drive import drive_torque
 from delta_cad.drive.friction import joint_friction
 from delta_cad.drive.held import known_masses

@@ -101,6 +101,11 @@ def placed(bore: Bore, zone_mm: float) -> Bore:
     return replace(bore, zone_mm=zone_mm)
 
 
+def squared(bore: Bore, zone_mm: float) -> Bore:
+    """The same with its axis square to what the part is put on, in a zone of this diameter."""
+    return replace(bore, square_mm=zone_mm)
+
+
 def reamed_with(bore: Bore, part: str, predrilled_mm: float = 0.0, zone_mm: float | None = None) -> Bore:
     """The same reamed at assembly together with another part's, before which its drilled axis is in a zone."""
     return replace(bore, reamed_with=part, predrilled_mm=predrilled_mm, zone_mm=zone_mm)

@@ -42,8 +42,9 @@ from delta_cad.dimensions.tolerances import (
     seat_tilt_rad,
     tip_mm,
 )
-from delta_cad.dimensions.tolerances.machine import board_zone_mm
+from delta_cad.dimensions.tolerances.machine import board_zone_mm, square_zones
 from delta_cad.dimensions.tolerances.mates import Locators, pair, screw_zone_mm
+from delta_cad.dimensions.tolerances.square import ENCODER_SEAT, MOTOR_SEAT
 from delta_cad.solids.boring import (
     Boring,
     along_y,
@@ -53,6 +54,7 @@ from delta_cad.solids.boring import (
     placed,
     reamed_with,
     slot,
+    squared,
     sunk,
     tapped,
 )
@@ -280,10 +282,11 @@ def make_motor_cheek(d: Dimensions) -> Part:
         pocket = sunk(along_y(wide, (x, z), (outside, face)))
         boring.add(f"pocket {d.layers.motor_pocket_mm:.1f} deep from the outer side, motor", [pocket])
     off = PLACE_MM if d.capstan is not None else 0.0
-    pilot = fitted(along_y(d.motor.pilot_diameter_mm, (x, z), (face, inside)), "H7", off)
+    upright = PLACE_MM if d.capstan is None else 0.0  # else within its zone of position
+    pilot = squared(fitted(along_y(d.motor.pilot_diameter_mm, (x, z), (face, inside)), "H7", off), upright)
     boring.add(f"{d.motor.pilot_diameter_mm:g} H7 through, motor pilot", [pilot])
     seat = inside + seat_depth
-    zone = screw_zone_mm(screw.clearance_hole_mm, screw.diameter_mm, off / 2.0, MOTOR_ZONE_MM)
+    zone = screw_zone_mm(screw.clearance_hole_mm, screw.diameter_mm, max(off, upright) / 2.0, MOTOR_ZONE_MM)
     rest = [placed(along_y(screw.clearance_hole_mm, at, (seat, face)), zone) for at in motor_screws]
     boring.add(f"{screw.clearance_hole_mm:g} through, motor screws", rest)
     heads = [sunk(along_y(_motor_counterbore_mm(d), at, (inside, seat))) for at in motor_screws]
@@ -397,7 +400,8 @@ def _bearing_seat(d: Dimensions, boring: Boring, ends: tuple[float, float, float
     """Adds a seat from a cheek's inner face to its floor, and the passage through the lip to the outer face."""
     outer, passage, axis = d.bearing.outer_mm, d.bracket.passage_mm, (0.0, 0.0)
     inside, floor, face = ends
-    seat = fitted(blind(along_y(outer, axis, (inside, floor))), fit, 0.0)
+    own = MOTOR_SEAT if inside > 0.0 else ENCODER_SEAT
+    seat = squared(fitted(blind(along_y(outer, axis, (inside, floor))), fit, 0.0), square_zones(d)[own])
     boring.add(f"{outer:g} {fit} x {seat.depth_mm:g} +-{LENGTH_MM:g} from the arm's side, {what}", [seat])
     boring.add(f"{passage:g} through, shaft passage and lip", [along_y(passage, axis, (floor, face))])
 
@@ -454,7 +458,10 @@ def _block_dowels(d: Dimensions, boring: Boring, y: tuple[float, float], below: 
     x = (1.0, 0.0, 0.0)
     slots = []
     if is_base_slotted(d):
-        boring.add(f"{DOWEL_MM:g} H7 x {DOWEL_DEPTH_MM:g} from below, dowel", [fitted(blind(first, tip), "H7", 0.0)])
+        boring.add(
+            f"{DOWEL_MM:g} H7 x {DOWEL_DEPTH_MM:g} from below, dowel",
+            [squared(fitted(blind(first, tip), "H7", 0.0), PLACE_MM)],
+        )
         slots.append((f"{DOWEL_DEPTH_MM:g} deep from below", slot(fitted(blind(second), "H7"), x)))
     else:
         reamed = [reamed_with(fitted(blind(pin, tip), "H7"), "base_plate") for pin in (first, second)]

@@ -35,8 +35,10 @@ from delta_cad.dimensions.capstan import (
     sleeve_bore_mm,
 )
 from delta_cad.dimensions.tolerances import LENGTH_MM, STOP_ZONE_MM
+from delta_cad.dimensions.tolerances.machine import square_zones
+from delta_cad.dimensions.tolerances.square import SECTOR
 from delta_cad.mechanism.placement import frames
-from delta_cad.solids.boring import Boring, along_y, along_z, between, blind, fitted, group, placed, tapped
+from delta_cad.solids.boring import Boring, along_y, along_z, between, blind, fitted, group, placed, squared, tapped
 from delta_cad.solids.making import bought_part, hull_y, made_part, material, points_of_arc, round_y, round_z
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import (
@@ -172,6 +174,7 @@ def make_sector(d: Dimensions) -> Part:
     through = (arm - THROUGH_MM, collar + THROUGH_MM)
     screw, boring, tools = catalogue.screw(TENSION_SCREW), Boring(), list[cq.Shape]()
     shaft = fitted(along_y(a.shaft_bore_mm, (0.0, 0.0), (arm, collar)), "G7", 0.0)
+    shaft = squared(shaft, square_zones(d)[SECTOR])
     boring.add(f"{a.shaft_bore_mm:g} G7 through, on the shoulder shaft", [shaft])
     dowels = [reamed_with_sector(along_y(DOWEL_MM, at, (arm, web[1])), "upper_arm") for at in dowel_positions(d)]
     boring.add(f"{DOWEL_MM:g} H7 through, dowels, {PREDRILLED} arm at assembly", dowels)

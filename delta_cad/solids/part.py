@@ -63,6 +63,7 @@ class Bore:
         is_counterbore: Whether a head is sunk in it.
         zone_mm: Diameter of the zone for its axis; 0: a datum, from which others have their places; None: the general
             tolerance.
+        square_mm: Diameter of the zone in which its axis is square to the part's seat; 0: the general tolerance.
         reamed_with: Number of the part together with which it is reamed at assembly, or "".
         predrilled_mm: Diameter to which it is drilled before that; 0: it is drilled through the other part.
         callout: What the drawing says of it and its likes.
@@ -81,6 +82,7 @@ class Bore:
     surface_um: float | None = None
     is_counterbore: bool = False
     zone_mm: float | None = None
+    square_mm: float = 0.0
     reamed_with: str = ""
     predrilled_mm: float = 0.0
     callout: str = ""

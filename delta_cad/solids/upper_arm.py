@@ -21,7 +21,20 @@ from delta_cad.dimensions.tolerances import (
     END_TORQUE_N_m,
     bar_bore,
 )
-from delta_cad.solids.boring import Boring, along_y, between, blind, fitted, placed, reamed_with, tapped, within
+from delta_cad.dimensions.tolerances.machine import square_zones
+from delta_cad.dimensions.tolerances.square import ARM
+from delta_cad.solids.boring import (
+    Boring,
+    along_y,
+    between,
+    blind,
+    fitted,
+    placed,
+    reamed_with,
+    squared,
+    tapped,
+    within,
+)
 from delta_cad.solids.bought_parts import make_stock_spacer
 from delta_cad.solids.making import ORANGE, cut_circle, made_part, material, round_y
 from delta_cad.solids.part import Bore, Part
@@ -75,7 +88,7 @@ def make_upper_arm(d: Dimensions) -> Part:
     boring, tools = Boring(), list[cq.Shape]()
     held = "clamped along the shaft" if d.capstan is not None else f"split {a.slit_mm:g} mm"
     first = y[0] if d.capstan is None else d.layers.bearings_mm[0][1]  # the collar's end
-    shoulder = fitted(along_y(a.shaft_bore_mm, (0.0, 0.0), (first, y[1])), "H7", 0.0)
+    shoulder = squared(fitted(along_y(a.shaft_bore_mm, (0.0, 0.0), (first, y[1])), "H7", 0.0), square_zones(d)[ARM])
     boring.add(f"{a.shaft_bore_mm:g} H7 through, {held}, shoulder", [shoulder])
     wider_um, zone = bar_bore(d.is_printed(number))
     bonded = placed(within(along_y(bar, (length, 0.0), boss), 0.0, wider_um), zone)

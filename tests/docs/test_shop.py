@@ -83,12 +83,9 @@ def link_mm(folder: Path, part: str, what: str) -> float:
     return deviation
 
 
-def square(d: Dimensions, folder: Path) -> str:
-    """A zone over the plate's thickness tilts the pinion's axis: what the chain of the cable's plane has for it."""
-    assert d.capstan is not None
-    thick = d.layers.motor_face_mm - d.layers.motor_cheek_mm[0]
-    zone = link_mm(folder, "motor_cheek", "pilot out of square") * thick / d.capstan.run.pinion_mm
-    return f"perpendicularity Ø{zone:.3g} A"
+def square(_: Dimensions, folder: Path) -> str:
+    """A zone over the seat's depth tilts the bearing: what the chain of its tilt has for it."""
+    return f"perpendicularity Ø{2.0 * link_mm(folder, 'motor_cheek', 'seat out of square'):.3g} A"
 
 
 def ball(d: Dimensions, _: Path) -> str:

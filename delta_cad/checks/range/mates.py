@@ -260,13 +260,13 @@ class _Pattern:
         for inner, outer in ((first, second), (second, first)):
             for bore, point in _fits(outer, self.along):
                 if _passes(inner, point, self.along, bore.diameter_mm):
-                    yield Place(inner.name, self._flat(point), (bore.zone_mm or 0.0) / 2.0, _least_play_mm(bore))
+                    yield Place(inner.name, self._flat(point), (_zone_mm(bore) or 0.0) / 2.0, _least_play_mm(bore))
         for bore, point in _fits(first, self.along):
             for other, at in _fits(second, self.along):
                 aside = np.linalg.norm(np.cross(at - point, self.along))
                 if aside > _AXIS_MM or abs(bore.diameter_mm - other.diameter_mm) > _DIAMETER_MM:
                     continue
-                off = ((bore.zone_mm or 0.0) + (other.zone_mm or 0.0)) / 2.0
+                off = ((_zone_mm(bore) or 0.0) + (_zone_mm(other) or 0.0)) / 2.0
                 play = _least_play_mm(bore) + _least_play_mm(other)
                 for shaft in self._carried:
                     free = shaft.name not in (first.name, second.name)
@@ -316,7 +316,7 @@ def _opening(
                 return _Opening(other, record, record.width_mm, False, record.zone_mm, start)
         elif np.linalg.norm(off) < _AXIS_MM:
             size = thread_mm if record.thread else record.diameter_mm
-            return _Opening(other, record, size, bool(record.thread), record.zone_mm, start)
+            return _Opening(other, record, size, bool(record.thread), _zone_mm(record), start)
     if (zone := _BOUGHT_ZONES_MM.get(other.part.number)) is None:
         return None
     for face in (face.moved(frame) for face in features(other.part.solid).cylinders if face.is_hollow):
@@ -325,6 +325,11 @@ def _opening(
             is_thread = 2.0 * face.radius_mm < thread_mm
             return _Opening(other, None, thread_mm if is_thread else 2.0 * face.radius_mm, is_thread, zone, face.point)
     return None
+
+
+def _zone_mm(bore: Bore) -> float | None:
+    """Zone of a bore's axis; of a datum, from which others have their places, the one in which it is square."""
+    return bore.zone_mm or (bore.square_mm if bore.zone_mm == 0.0 else None)
 
 
 def _thread_mm(pin: Occurrence) -> float:

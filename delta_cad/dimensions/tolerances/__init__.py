@@ -52,8 +52,10 @@ FREE_UM = {"H": (0,) * 8, "G": (2, 4, 5, 6, 7, 9, 10, 12), "m": (2, 4, 6, 7, 8, 
 """Least deviations of a bore from its nominal diameter, of a pin `m` too, um. Source: ISO 286-1, tables 5 and 6."""
 FITTED_RA_UM = {5: 0.4, 6: 0.8, 7: 1.6}
 """Roughness Ra that goes with a grade: ground or honed, finely bored, reamed."""
-PLACE_MM, SQUARE_MM = 0.05, 0.02
-"""Zone for the axes of a part's fitted bores, and how square the largest is to its face: as milled in one clamping."""
+PLACE_MM = 0.05
+"""Zone for the axes of a part's fitted bores, as milled in one clamping; how square a pin's or a pilot's is to the face
+that its part stands on, too, which the check of mates holds."""
+RING_UM = 8.0  # by which a bearing's bore or outside may be smaller than nominal, ISO 492 normal class up to 18 mm
 PRINTED_PLACE_MM = 0.4
 """The same of a printed part, whose holes are reamed where they are printed: +-0.2 mm, as printing services state.
 

@@ -8,12 +8,12 @@ how much a made chain differs from the drawn one, README (43).
 from __future__ import annotations
 
 from dataclasses import replace
-from math import degrees, inf, isfinite, sqrt
-from typing import Any
+from math import degrees, inf, sqrt
 
 import numpy as np
 
 from delta_cad import catalogue
+from delta_cad.common.memoize import memoize
 from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.arm import MAGNET_GLUE_MM
 from delta_cad.dimensions.bracket import FOOT_OFF_MM, board_screw
@@ -45,8 +45,8 @@ from delta_cad.dimensions.tolerances import (
     MANDREL_MM,
     PLACE_MM,
     PRINTED_PLACE_MM,
+    RING_UM,
     SEATS_MM,
-    SQUARE_MM,
     TILT_RAD,
     TRUE_MM,
     WIDTH_MM,
@@ -55,21 +55,32 @@ from delta_cad.dimensions.tolerances import (
     minutes,
     working_mm,
 )
-from delta_cad.dimensions.tolerances.chain import MADE, Chain, Kind, Link, either_way
+from delta_cad.dimensions.tolerances.chain import Chain, Kind, Link, either_way
 from delta_cad.dimensions.tolerances.edges import RIM_EDGE_MM
-from delta_cad.dimensions.tolerances.general import CLASSES, NOTES, REQUIRED, coarsest_grade, flat_mm, general_mm
+from delta_cad.dimensions.tolerances.general import CLASSES, REQUIRED, flat_mm, general_mm
 from delta_cad.dimensions.tolerances.mates import pair, screw_zone_mm
+from delta_cad.dimensions.tolerances.square import (
+    ARM,
+    ENCODER_SEAT,
+    MOTOR_SEAT,
+    SECTOR,
+    SHOULDER,
+    Feature,
+    Zones,
+    bearing_chains,
+    loosest,
+    tilted,
+)
 from delta_cad.dimensions.tolerances.zero import zero_chains
 
 _MAGNET_MM = 0.1  # thickness of a sintered magnet, either way, as makers state
 _FEELER_MM = 0.1  # what is set with a gauge, either way
-_RING_UM = 8.0  # by which a bearing's bore or outside may be smaller than nominal, ISO 492 normal class up to 18 mm
 _MINUTES_PER_RAD = minutes(1.0)
 
 
 def _shoulder_chains(d: Dimensions, general: str) -> list[Chain]:
     """Lists the chains of one shoulder."""
-    found = [*_spring_chain(d), *_tilt_chain(d)]
+    found = [*_spring_chain(d), *_tilt_chain(d), *_bearing_chains(d, square_zones(d))]
     return found + ([_gap_chain(d, general), *_centring_chain(d)] if d.sensed_at_shoulder else [])
 
 
@@ -93,10 +104,7 @@ def _spring_chain(d: Dimensions) -> list[Chain]:
     """The height left to a shoulder's wave spring; none without bearings."""
     if d.preload is None:
         return []
-    floor = d.layers.bearings_mm[0][0] - d.preload.work_height_mm
-    deep = either_way(
-        "encoder_cheek", "depth of the seat", "stated", LENGTH_MM, 1.0, d.layers.encoder_cheek_mm[1] - floor
-    )
+    deep = either_way("encoder_cheek", "depth of the seat", "stated", LENGTH_MM, 1.0, _encoder_seat_mm(d))
     low, high = working_mm(d.preload)
     why = "below, the wave spring is pressed flat and the bearings bind; above, it no longer presses"
     return [Chain("wave spring's height", "mm", d.preload.work_height_mm, (*_stack(d), deep), low, high, why)]
@@ -122,6 +130,21 @@ def _tilt_chain(d: Dimensions) -> list[Chain]:
     limit = minutes(TILT_RAD)
     why = "beyond, the bearings' races run askew: take the bearings out and set a cheek by the mandrel again"
     return [Chain("shaft's tilt", "arcmin", 0.0, tuple(links), -limit, limit, why, statistical=True)]
+
+
+def _bearing_chains(d: Dimensions, zones: Zones) -> list[Chain]:
+    """How far the rings of either bearing are askew; none without bearings."""
+    if d.preload is None:
+        return []
+    (shaft,), (encoder, motor) = _tilt_chain(d), d.layers.bearings_mm
+    seats = motor[1] - d.layers.motor_cheek_mm[0], _encoder_seat_mm(d)
+    return bearing_chains(shaft, zones, seats, d.shaft.head_diameter_mm, encoder[1] - encoder[0])
+
+
+def _encoder_seat_mm(d: Dimensions) -> float:
+    """Depth of the seat in the encoder's cheek, which holds the wave spring behind the bearing."""
+    assert d.preload is not None
+    return d.layers.encoder_cheek_mm[1] - (d.layers.bearings_mm[0][0] - d.preload.work_height_mm)
 
 
 def _gap_chain(d: Dimensions, general: str) -> Chain:
@@ -179,10 +202,12 @@ def _centring_chain(d: Dimensions) -> list[Chain]:
         either_way("shoulder_shaft", "magnet's seat off its journal", "place", COAXIAL_MM / 2.0),
     ]
     if d.preload is not None:
-        wide = (SEATS_MM[1] + _RING_UM / 1000.0) / 2.0
+        wide = (SEATS_MM[1] + RING_UM / 1000.0) / 2.0
         links.append(either_way("bearing", "in its seat", "fit", wide))
         shaft = -deviations_um("h6", d.shaft.diameter_mm)[0] / 2000.0
         links.append(either_way("shoulder_shaft", "in its bearing", "fit", shaft))
+        deep, (start, end) = _encoder_seat_mm(d), d.layers.bearings_mm[0]
+        links.append(tilted(ENCODER_SEAT, square_zones(d), deep, (deep - (end - start)) / 2.0))
     why = f"beyond, {e.id} reads an angle that is off by more than its maker states, which calibration takes out"
     most = e.centring_mm
     return [Chain("encoder's centring", "mm", 0.0, tuple(links), -most, most, why, statistical=True)]
@@ -196,22 +221,30 @@ def cable_chains(d: Dimensions, general: str) -> list[Chain]:
     """Lists the chains of one capstan; none of a direct drive."""
     if d.capstan is None:
         return []
-    return [plane_chain(d, d.capstan, general), _axes_chain(d, d.capstan), travel_chain(d, d.capstan, general)]
+    return [
+        plane_chain(d, d.capstan, general, square_zones(d)),
+        _axes_chain(d, d.capstan),
+        travel_chain(d, d.capstan, general),
+    ]
 
 
-def plane_chain(d: Dimensions, c: CapstanDimensions, general: str) -> Chain:
+def plane_chain(d: Dimensions, c: CapstanDimensions, general: str, zones: Zones) -> Chain:
     """How far a rim's end is off the strand's take-off along the axis, beside the groove's own climb."""
     rim, limit = d.layers.sector_mm[1], c.run.lug_tolerance_mm()
     by_end, by_groove = rim - min(c.end_y_mm), c.groove_y_mm[1] - c.middle_y_mm
     inside, face = d.layers.motor_cheek_mm[0], d.layers.motor_face_mm
     tilt = max(map(abs, _tilt_chain(d)[0].worst)) / minutes(1.0) * c.run.sector_mm
-    askew = SQUARE_MM / (face - inside) * c.run.pinion_mm
+    arm, sector = d.layers.arm_mm[1] - d.layers.bearings_mm[0][1], d.layers.bearings_mm[1][0] - d.layers.arm_mm[1]
     links = (
         either_way("sector", "place of a rim's end", "general", general_mm(by_end, general), 1.0, by_end),
         either_way("pinion", "groove from its collar", "general", general_mm(by_groove, general), 1.0, by_groove),
         either_way("pinion", "its collar set to the rim by a feeler", "set", _FEELER_MM),
         either_way("sector", "tilt of the shoulder's shaft", "fit", tilt),
-        either_way("motor_cheek", "pilot out of square", "place", askew),
+        either_way(
+            "motor_cheek", "pilot out of square", "place", PLACE_MM / 2.0, 2.0 * c.run.pinion_mm / (face - inside)
+        ),
+        tilted(SECTOR, zones, sector, c.run.sector_mm),
+        tilted(ARM, zones, arm, c.run.sector_mm),
     )
     why = "beyond, a strand leaves its plane by more than 2.5 deg and climbs out of the groove: set the pinion by it"
     return Chain("cable's plane", "mm", 0.0, links, -limit, limit, why, statistical=True)
@@ -223,7 +256,7 @@ def _between_axes(d: Dimensions, c: CapstanDimensions) -> tuple[Link, ...]:
     shaft_um = -deviations_um("h6", d.shaft.diameter_mm)[0]
     play_um = {
         ("motor", "pilot in its cheek"): deviations_um("H7", pilot)[1] + _PILOT_UM,
-        ("bearing", "in its seat"): 1000.0 * SEATS_MM[0] + _RING_UM,
+        ("bearing", "in its seat"): 1000.0 * SEATS_MM[0] + RING_UM,
         ("shoulder_shaft", "in its bearing"): shaft_um,
         ("sector", "on its shaft"): deviations_um("G7", d.shaft.diameter_mm)[1] + shaft_um,
         ("pinion", "on the motor's shaft"): deviations_um("H7", bore)[1] - deviations_um("h6", bore)[0],
@@ -282,6 +315,30 @@ _WHY = "beyond, what is proved of the cube is not of every machine that is made"
 
 def length_chains(d: Dimensions, general: str) -> list[Chain]:
     """Lists by how much each length and offset of a chain is off the drawn one, without bounds of their own."""
+    return _length_chains(d, general, square_zones(d))
+
+
+@memoize
+def square_zones(d: Dimensions) -> Zones:
+    """Finds how square bores and shoulders of a machine are to what they count from, mm: as loose as all chains bear.
+
+    An arm's bore may tilt the arm as far as its elbow is no more off along the axis than the worst length is off.
+    """
+    features: list[Feature] = [ARM]
+    if d.capstan is not None:
+        features += [MOTOR_SEAT, ENCODER_SEAT, SHOULDER, SECTOR]
+
+    def chains(zones: Zones) -> list[Chain]:
+        lengths = {chain.name: chain for chain in _length_chains(d, REQUIRED, zones)}
+        along = lengths.pop("shoulder along its axis")
+        most = max(map(deviation_mm, lengths.values()))
+        found = [replace(along, low=-most, high=most), *_bearing_chains(d, zones)]
+        return found if d.capstan is None else [*found, plane_chain(d, d.capstan, REQUIRED, zones)]
+
+    return loosest(features, chains)
+
+
+def _length_chains(d: Dimensions, general: str, zones: Zones) -> list[Chain]:
     m = d.design.mechanism
     size_mm = max(high - low for low, high in d.base.reach_mm)
     flat = either_way("base_plate", "flat under the feet", "general", flat_mm(size_mm, general) / 2.0)
@@ -290,7 +347,7 @@ def length_chains(d: Dimensions, general: str) -> list[Chain]:
     chains = {
         **{name: (radius, [*_shoulder(d), *_turned(d, True)]) for name, radius in of.items()},
         "shoulder's height": (0.0, [*_shoulder(d), *_turned(d, False), flat]),
-        "shoulder along its axis": (0.0, _along(d)),
+        "shoulder along its axis": (0.0, _along(d, zones)),
         "upper arm": (m.upper_arm_length_mm, _arm(d)),
         "forearm": (m.forearm_length_mm, _rod()),
         "platform radius": (m.platform_radius_mm, _wrist(d)),
@@ -378,7 +435,7 @@ def _shoulder(d: Dimensions) -> list[Link]:
             either_way("motor", "pilot in its cheek", "fit", pilot),
         ]
         return links
-    seat = (SEATS_MM[0] + _RING_UM / 1000.0) / 2.0
+    seat = (SEATS_MM[0] + RING_UM / 1000.0) / 2.0
     return [
         *links,
         either_way("motor_cheek", "dowels in the block", "fit", DOWEL_PLAY_MM),
@@ -398,9 +455,11 @@ def _turned(d: Dimensions, radially: bool) -> list[Link]:
     return [either_way("motor_cheek", "turned by its dowels' places", "place", cheek)]
 
 
-def _along(d: Dimensions) -> list[Link]:
-    """From the base plate to the arm's middle, along the shoulder's axis."""
+def _along(d: Dimensions, zones: Zones) -> list[Link]:
+    """From the base plate to the arm's elbow, along the shoulder's axis."""
+    bore = d.layers.arm_mm[1] - (d.layers.arm_mm[0] if d.capstan is None else d.layers.bearings_mm[0][1])
     links = [
+        tilted(ARM, zones, bore, d.arm.length_mm),
         either_way("base_plate", "place of a dowel", "place", place_mm(d, "base_plate") / 2.0),
         either_way("foot_block", "dowels in the plate", "fit", DOWEL_PLAY_MM),
         either_way("foot_block", "dowels from its middle", "place", place_mm(d, "foot_block") / 2.0),
@@ -473,17 +532,6 @@ def _adjacent(d: Dimensions) -> list[Link]:
     ]
 
 
-_SCHEMA = "delta-tolerances/1"
-_ASSUMED = (
-    "Worst case: every part at the worst end of its tolerance at once",
-    "Statistical (root sum of squares): 99.73 % of machines, each deviation normal about the middle of its "
-    "zone, whose half width is three sigmas",
-    "Widths of bearings, dowels and pilots of motors by their standards; chips, magnets and what is set by hand as the "
-    "links state",
-)
-_DECIMALS = 5
-
-
 def machine_chains(d: Dimensions, general: str = REQUIRED) -> list[Chain]:
     """Lists the chains that have bounds; the three chains of a machine are alike."""
     own = [_foot_chain(d, general), _twist_chain(d), _level_chain(d)]
@@ -500,55 +548,3 @@ def general_class(d: Dimensions) -> str:
     """Chooses the general class that drawings state: the usual one, or a finer one where chains need it."""
     loosest = loosest_class(d)
     return REQUIRED if loosest is None or CLASSES.index(loosest) >= CLASSES.index(REQUIRED) else loosest
-
-
-def tolerance_record(d: Dimensions) -> dict[str, Any]:
-    """Tells a machine's chains as JSON types: `tolerances.json`."""
-    general = general_class(d)
-    lengths = length_chains(d, general)
-    return {
-        "schema": _SCHEMA,
-        "assumed": list(_ASSUMED),
-        "general_class": NOTES[general],
-        "loosest_class": loosest_class(d),
-        "largest_length_deviation_mm": _plain(max(map(deviation_mm, lengths))),
-        "chains": [_reported(chain) for chain in machine_chains(d, general)],
-        "lengths": [_reported(chain) for chain in lengths],
-    }
-
-
-def _reported(chain: Chain) -> dict[str, Any]:
-    return {
-        "name": chain.name,
-        "unit": chain.unit,
-        "nominal": _plain(chain.nominal),
-        "worst": [_plain(v) for v in chain.worst],
-        "rss": [_plain(v) for v in chain.rss],
-        "allowed": [_plain(v) for v in (chain.low, chain.high)],
-        "decided_by": "rss" if chain.statistical else "worst",
-        "holds": chain.holds,
-        "made_looser_by": _plain(chain.looser()),
-        "why": chain.why,
-        "links": [_link(chain, link) for link in chain.links],
-    }
-
-
-def _link(chain: Chain, link: Link) -> dict[str, Any]:
-    """A link, and how much looser what a shop is asked for could be."""
-    reported: dict[str, Any] = {
-        "part": link.part,
-        "what": link.what,
-        "kind": link.kind,
-        "deviation_mm": [_plain(link.lower_mm), _plain(link.upper_mm)],
-        "adds": [_plain(v) for v in link.range],
-    }
-    if link.kind in MADE and isfinite(largest := chain.largest_mm(link)):
-        reported["largest_mm"] = _plain(largest)
-        if link.nominal_mm:
-            grade = coarsest_grade(2.0 * largest, link.nominal_mm)
-            reported["loosest_grade"] = None if grade is None else f"IT{grade}"
-    return reported
-
-
-def _plain(value: float) -> float | None:
-    return round(value, _DECIMALS) + 0.0 if isfinite(value) else None

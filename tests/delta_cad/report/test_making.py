@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from delta_cad.dimensions import Dimensions
-from delta_cad.dimensions.tolerances.machine import tolerance_record
+from delta_cad.dimensions.tolerances.record import tolerance_record
 from delta_cad.report.page import cost, tolerances
 
 

@@ -21,6 +21,8 @@ from delta_cad.dimensions.tolerances import (
     deviations_um,
 )
 from delta_cad.dimensions.tolerances.edges import Edge, functional_edges
+from delta_cad.dimensions.tolerances.machine import square_zones
+from delta_cad.dimensions.tolerances.square import SHOULDER
 
 SAME_MM = 1e-3
 _SHOULDER_MM = 1.0  # of diameter, by which a head is wider than its journal where something stands on it
@@ -96,9 +98,8 @@ class Controlled:
         depths: Toleranced depths of bores, which their callouts tell.
         rounds: Of round faces that are no bores.
         coaxial: Diameters of what is on one axis with the fitted one, mm, each with the width of its zone.
-        square: Diameters of bores that are square to the part's plane, mm, beside the widest fitted one.
         seat: Axis and coordinate, mm, of the plane that it is put on, datum A; None: the largest across its bores.
-        shoulder_mm: Where a plane of a turned part stands square to its axis; None: none has to.
+        shoulder: Where a plane of a turned part stands square to its axis, and its zone, mm; None: none has to.
         groove_mm: Diameters at the bottom of a helical groove, as which it is modelled, and over its lands; None: none.
         edges: Edges that have a function.
     """
@@ -107,9 +108,8 @@ class Controlled:
     depths: tuple[Length, ...] = ()
     rounds: tuple[Round, ...] = ()
     coaxial: tuple[tuple[float, float], ...] = ()
-    square: tuple[float, ...] = ()
     seat: tuple[int, float] | None = None
-    shoulder_mm: float | None = None
+    shoulder: tuple[float, float] | None = None
     groove_mm: tuple[float, float] | None = None
     edges: tuple[Edge, ...] = ()
 
@@ -140,12 +140,13 @@ def controlled(d: Dimensions) -> dict[str, Controlled]:
     liner, pin = 2 * forearm.liner_radius_mm, forearm.pin_diameter_mm
     lapped = f"lapped in its cup with its ball, at assembly; delivered SØ{seat - _LAPPING_MM:.3g} ±{gauged:g}"
     wide = Length(1, layers.encoder_cheek_mm[1], layers.motor_cheek_mm[0], LENGTH_MM)
+    stands = d.capstan is not None and shaft.head_diameter_mm > shaft.diameter_mm + _SHOULDER_MM
     found = {
         "foot_block": Controlled(() if d.is_printed("foot_block") else (wide,), seat=(2, d.bracket.base_top_mm)),
         "shoulder_shaft": Controlled(
             rounds=(journal,),
             coaxial=((shaft.magnet_bore_mm, COAXIAL_MM),) if d.sensed_at_shoulder else (),
-            shoulder_mm=shaft.head_to_y_mm if shaft.head_diameter_mm > shaft.diameter_mm + _SHOULDER_MM else None,
+            shoulder=(shaft.head_to_y_mm, square_zones(d)[SHOULDER]) if stands else None,
         ),
         "handle_stem": Controlled(rounds=(Round(catalogue.screw(stem).tap_drill_mm, thread=stem),)),
         "cross_bar": Controlled(_shoulders(d), rounds=(bar, Round(pin, "h7")), coaxial=((pin, TRUE_MM),)),
@@ -163,17 +164,15 @@ def controlled(d: Dimensions) -> dict[str, Controlled]:
     if d.encoder.to_drawing and d.sensed_at_shoulder:
         height = Length(1, 0.0, d.encoder.chip_height_mm, CHIP_HEIGHT_MM)
         found["encoder_board"] = Controlled((height,), seat=(1, 0.0))
-    inside, pilot = layers.motor_cheek_mm[0], d.motor.pilot_diameter_mm
+    inside = layers.motor_cheek_mm[0]
     outside = layers.encoder_cheek_mm[1]  # the cheeks' inner faces lie on the foot block
-    found["motor_cheek"] = Controlled(square=(pilot,), seat=(1, inside))
+    found["motor_cheek"] = Controlled(seat=(1, inside))
     found["encoder_cheek"] = Controlled(seat=(1, outside))
     if d.capstan is not None:
         c, (encoder, motor) = d.capstan, layers.bearings_mm
         spring = d.preload.work_height_mm if d.preload is not None else 0.0
         floor = encoder[0] - spring
-        found["motor_cheek"] = Controlled(
-            depths=(Length(1, inside, motor[1], LENGTH_MM),), square=(pilot,), seat=(1, inside)
-        )
+        found["motor_cheek"] = Controlled(depths=(Length(1, inside, motor[1], LENGTH_MM),), seat=(1, inside))
         found["encoder_cheek"] = Controlled(depths=(Length(1, outside, floor, LENGTH_MM),), seat=(1, outside))
         found["upper_arm"] = Controlled((Length(1, encoder[1], layers.arm_mm[1], LENGTH_MM),))
         rim = Round(2 * c.rim_radius_mm, either_mm=2 * RIM_TURNED_MM)

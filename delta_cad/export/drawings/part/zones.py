@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
 from delta_cad.common.vectors import cross, cross_length
-from delta_cad.dimensions.tolerances import SQUARE_MM
 from delta_cad.export.drawings.part.controlled import Controlled
 from delta_cad.export.drawings.part.faces import Face, is_across, is_along
 from delta_cad.export.drawings.part.holes import HoleGroup
@@ -61,7 +61,7 @@ def _plate(found: Features, fitted: Sequence[_Fitted], slots: Sequence[Slot], he
         return
     found.datums.append(Datum("A", (base,)))
     if first.count == 1:
-        _add(found, "perpendicularity", SQUARE_MM, first.faces, "A")
+        _add_square(found, first)
         letters = "A" + _datum(found, first.faces)
     else:
         sides = "".join(_datum(found, (face,)) for face in _sides(found, base))
@@ -74,12 +74,17 @@ def _plate(found: Features, fitted: Sequence[_Fitted], slots: Sequence[Slot], he
         if not fixed:
             letters, fixed = letters + _datum(found, walls), True
     for one in others:
-        if any(abs(one.record.diameter_mm - diameter) < SAME_MM for diameter in held.square):
-            _add(found, "perpendicularity", SQUARE_MM, one.faces, "A")
+        _add_square(found, one)
         _add(found, "position", one.zone_mm, one.faces, letters, combined=one.count > 1 and not fixed)
         if not fixed and one.record.deviations_um is not None and one is not others[-1]:
             letters, fixed = letters + _datum(found, one.faces), True
     found.exact = _exact(found)
+
+
+def _add_square(found: Features, one: _Fitted) -> None:
+    """Adds how square a bore is to A, where that is stated."""
+    if one.record.square_mm:
+        _add(found, "perpendicularity", one.record.square_mm, one.faces, "A")
 
 
 def _datum(found: Features, faces: Sequence[Face]) -> str:
@@ -140,18 +145,18 @@ def _turned(found: Features, fitted: Sequence[_Fitted], held: Controlled) -> Non
     if not faces:
         own = (size for size in found.sizes if size.tolerance is not None and size.tolerance.fit)
         faces = next((tuple(size.faces) for size in own), ())
-    if not faces or not (held.coaxial or held.shoulder_mm is not None):
+    if not faces or not (held.coaxial or held.shoulder is not None):
         return
     found.datums.append(Datum("A", faces))
-    for diameter, zone in held.coaxial:
+    for diameter, wide in held.coaxial:
         round_ = [f for f in found.faces if f.kind == "cylinder" and is_along(f.axis, found.main)]
         same = tuple(f for f in round_ if abs(2 * f.radius - diameter) < SAME_MM)
         if same:
-            _add(found, "coaxiality", zone, same, "A")
+            _add(found, "coaxiality", wide, same, "A")
     for face in found.faces:
-        at = held.shoulder_mm
-        if at is not None and face.kind == "plane" and abs(float(face.point @ found.main) - at) < SAME_MM:
-            _add(found, "perpendicularity", SQUARE_MM, (face,), "A", is_round=False)
+        at, zone = held.shoulder or (inf, 0.0)
+        if face.kind == "plane" and abs(float(face.point @ found.main) - at) < SAME_MM:
+            _add(found, "perpendicularity", zone, (face,), "A", is_round=False)
             return
 
 

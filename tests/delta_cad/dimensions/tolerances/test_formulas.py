@@ -97,6 +97,25 @@ DEG = 180.0 / pi
 CHAINS: dict[str, tuple[float, float, list[Line]]] = {  # name -> nominal, upper bound, links
     "wave spring's height": (1.2, 2.2 - 0.2 * (2.2 - 0.15), [*STACK, ("depth of the seat", 0.02, 1.0)]),
     "shaft's tilt": (0.0, 10.0, TILT),
+    "bearing's tilt, motor's side": (
+        0.0,
+        10.0,
+        [
+            *TILT,
+            ("seat out of square", 0.02 / 2.0, 2.0 * ARCMIN / 5.0),  # over the bearing's width
+            ("turns in its seat by its play", (0.0, 0.018 + 0.008), -ARCMIN / 5.0),
+        ],
+    ),
+    "bearing's tilt, encoder's side": (
+        0.0,
+        10.0,
+        [
+            *TILT,
+            ("seat out of square", 0.04 / 2.0, 2.0 * ARCMIN / 14.4),  # the wave spring stands behind the bearing
+            ("turns in its seat by its play", (0.0, 0.011 + 0.008), -ARCMIN / 5.0),
+            ("shoulder out of square", 0.03 / 2.0, 2.0 * ARCMIN / 9.75),
+        ],
+    ),
     "encoder's air gap": (
         # chip 1.1 above its board, whose face is 24.4 mm out, magnet's end at 22.05
         24.4 - 22.05 - 1.1,
@@ -122,6 +141,7 @@ CHAINS: dict[str, tuple[float, float, list[Line]]] = {  # name -> nominal, upper
             ("magnet's seat off its journal", 0.05 / 2.0, 1.0),
             ("in its seat", SEAT_H6, 1.0),
             ("in its bearing", SHAFT, 1.0),
+            ("seat out of square", 0.04 / 2.0, (14.4 - 5.0) / 14.4),  # the bearing is at its end, 4.7 from its middle
         ],
     ),
     "cable's plane": (
@@ -133,7 +153,9 @@ CHAINS: dict[str, tuple[float, float, list[Line]]] = {  # name -> nominal, upper
             ("groove from its collar", 0.1, 1.0),  # 2.8 mm
             ("its collar set to the rim by a feeler", 0.1, 1.0),
             ("tilt of the shoulder's shaft", TILTED * R, 1.0),
-            ("pilot out of square", 0.02 / 4.6 * P, 1.0),  # over a cheek of 4.6 mm at the motor
+            ("pilot out of square", 0.05 / 2.0, 2.0 * P / 4.6),  # over a cheek of 4.6 mm at the motor
+            ("bore out of square", 0.05 / 2.0, 2.0 * R / 9.8),  # of the sector
+            ("bore out of square", 0.012 / 2.0, 2.0 * R / 15.2),  # of the arm with its collar
         ],
     ),
     "gap of sector and pinion": (
@@ -188,6 +210,7 @@ CHAINS: dict[str, tuple[float, float, list[Line]]] = {  # name -> nominal, upper
         0.0,
         inf,
         [
+            ("bore out of square", 0.012 / 2.0, 2.0 * 91.0 / 15.2),
             ("place of a dowel", PLACE, 1.0),
             ("dowels in the plate", DOWEL, 1.0),
             ("dowels from its middle", PLACE, 1.0),
@@ -272,6 +295,8 @@ def test_the_largest_deviation_is_that_of_the_base_radius(
     best_dimensions: Dimensions, chains: dict[str, Chain]
 ) -> None:
     assert deviation_mm(chains["upper arm"]) == pytest.approx(PLACE + 0.012 + sum(by for _, by, _ in BALL))
-    assert deviation_mm(chains["shoulder along its axis"]) == pytest.approx(2 * PLACE + DOWEL + 0.01 + 2 * 0.02 + 0.12)
+    assert deviation_mm(chains["shoulder along its axis"]) == pytest.approx(
+        0.012 * 91.0 / 15.2 + 2 * PLACE + DOWEL + 0.01 + 2 * 0.02 + 0.12
+    )
     by_turn = 2 * PLACE * (sqrt(1.0 + LEVER**2) + LEVER - 1.0)
     assert largest_deviation_mm(best_dimensions, "m") == pytest.approx(3 * PLACE + 2 * DOWEL + SEAT + SHAFT + by_turn)

@@ -21,8 +21,8 @@ from delta_cad.dimensions.tolerances.machine import (
     length_chains,
     loosest_class,
     machine_chains,
-    tolerance_record,
 )
+from delta_cad.dimensions.tolerances.record import tolerance_record
 from delta_cad.mechanism import joint_angles
 from tests.committed import ROOT, changed
 from tests.delta_cad.catalogue.offered import offered
@@ -154,6 +154,8 @@ def _of_small_arms(design: Design) -> Design:
 BREAKING: dict[str, Callable[[Dimensions], Dimensions]] = {
     "wave spring's height": lambda d: replace(d, preload=replace(d.preload, free_height_mm=1.5)),  # pyright: ignore
     "shaft's tilt": lambda d: replace(d, bracket=replace(d.bracket, cheek_dowel_u_mm=(46.0, 52.0))),
+    "bearing's tilt, motor's side": lambda d: replace(d, bracket=replace(d.bracket, cheek_dowel_u_mm=(46.0, 52.0))),
+    "bearing's tilt, encoder's side": lambda d: replace(d, bracket=replace(d.bracket, cheek_dowel_u_mm=(46.0, 52.0))),
     "encoder's air gap": lambda d: replace(d, encoder=replace(d.encoder, air_gap_max_mm=1.6)),
     "encoder's centring": lambda d: replace(d, encoder=replace(d.encoder, centring_mm=0.2)),
     "cable's plane": lambda d: _capstan(d, beyond_rad=-0.12),

@@ -12,25 +12,25 @@ from delta_cad.export.drawings.part.faces import faces_of
 from delta_cad.export.drawings.part.features import features_of
 from delta_cad.export.drawings.part.record import Features
 from delta_cad.export.drawings.write import part_drawing
-from delta_cad.solids.boring import Boring, along_y, along_z, blind, fitted
+from delta_cad.solids.boring import Boring, along_y, along_z, blind, fitted, squared
 from delta_cad.solids.part import Part
 from delta_cad.solids.primitive import box, cut
 from tests.delta_cad.export.drawings.sample import METAL, TITLES
 
 NONE = Controlled()
 JOURNAL = Controlled(rounds=(Round(8.0, "h6"),))
-TRUE = Controlled(rounds=(Round(8.0, "h6"),), coaxial=((6.0, 0.05),), shoulder_mm=10.0)
+TRUE = Controlled(rounds=(Round(8.0, "h6"),), coaxial=((6.0, 0.05),), shoulder=(10.0, 0.03))
 
 
 def part_of(body: cq.Shape, boring: Boring) -> Part:
     return Part("sample", "", cut(body, boring.tools), METAL, True, tuple(boring.holes))
 
 
-def plate(*, with_dowels: bool = True) -> Part:
-    """60 x 40 x 10: a blind seat of 16 from above, a pilot of 12, two dowels of 3."""
+def plate(*, with_dowels: bool = True, pilot_mm: float = 0.0) -> Part:
+    """60 x 40 x 10: a blind seat of 16 from above, a pilot of 12, as square as told, two dowels of 3."""
     boring = Boring()
-    boring.add("16 H7 x 5", [fitted(blind(along_z(16.0, (15, 20), (10, 5))), "H7")])
-    boring.add("12 H7 through", [fitted(along_z(12.0, (40, 20), (0, 10)), "H7")])
+    boring.add("16 H7 x 5", [squared(fitted(blind(along_z(16.0, (15, 20), (10, 5))), "H7"), 0.03)])
+    boring.add("12 H7 through", [squared(fitted(along_z(12.0, (40, 20), (0, 10)), "H7"), pilot_mm)])
     if with_dowels:
         boring.add("3 H7 through", [fitted(along_z(3.0, (x, 5), (0, 10)), "H7") for x in (10.0, 50.0)])
     return part_of(box((0, 0, 0), (60, 40, 10)), boring)
@@ -57,7 +57,7 @@ def wording(features: Features) -> list[tuple[str, float, set[float], str]]:
 def test_a_plate_counts_from_its_plane_its_widest_bore_and_the_next() -> None:
     features = found(plate(), NONE)
     assert wording(features) == [
-        ("perpendicularity", 0.02, {16.0}, "A"),
+        ("perpendicularity", 0.03, {16.0}, "A"),
         ("position", 0.05, {12.0}, "AB"),
         ("position", 0.05, {3.0}, "ABC"),
     ]
@@ -70,8 +70,9 @@ def test_a_plate_counts_from_its_plane_its_widest_bore_and_the_next() -> None:
 
 
 def test_what_has_to_be_square_is_and_a_seat_is_the_first_datum() -> None:
-    kinds = [row[::2] for row in wording(found(plate(), Controlled(square=(12.0,))))]
-    assert kinds[:3] == [("perpendicularity", {16.0}), ("perpendicularity", {12.0}), ("position", {12.0})]
+    zones = [row[:3] for row in wording(found(plate(pilot_mm=0.02), NONE))]
+    assert zones[:2] == [("perpendicularity", 0.03, {16.0}), ("perpendicularity", 0.02, {12.0})]
+    assert zones[2] == ("position", 0.05, {12.0})
     seated = found(plate(), Controlled(seat=(2, 0.0)))
     assert np.allclose(seated.datums[0].faces[0].axis, (0, 0, -1))
 
@@ -95,7 +96,7 @@ def test_a_pattern_that_datums_do_not_fix_is_located_within_itself(with_seat: bo
     """Dowels around the middle, with a seat there and without."""
     boring = Boring()
     if with_seat:
-        boring.add("16 H7 through", [fitted(along_z(16.0, (0, 0), (0, 10)), "H7")])
+        boring.add("16 H7 through", [squared(fitted(along_z(16.0, (0, 0), (0, 10)), "H7"), 0.02)])
     boring.add("3 H7 through", [fitted(along_z(3.0, (x, 0), (0, 10)), "H7") for x in (-20.0, 20.0)])
     part = part_of(box((-30, -20, 0), (30, 20, 10)), boring)
     drawing, features = part_drawing(part, NONE, TITLES)
@@ -107,7 +108,7 @@ def test_a_pattern_that_datums_do_not_fix_is_located_within_itself(with_seat: bo
 
 def test_a_shaft_s_journal_is_what_its_head_is_true_to() -> None:
     features = found(shaft(), TRUE)
-    assert wording(features) == [("coaxiality", 0.05, {6.0}, "A"), ("perpendicularity", 0.02, {0.0}, "A")]
+    assert wording(features) == [("coaxiality", 0.05, {6.0}, "A"), ("perpendicularity", 0.03, {0.0}, "A")]
     assert [zone.is_round for zone in features.zones] == [True, False]
     (journal,) = features.datums
     assert [face.radius for face in journal.faces] == [4.0]
@@ -115,7 +116,7 @@ def test_a_shaft_s_journal_is_what_its_head_is_true_to() -> None:
     assert (alone.zones, alone.datums) == ([], [])  # a datum of nothing is none
 
 
-@pytest.mark.parametrize(("part", "held"), [(plate(), Controlled(square=(12.0,))), (shaft(), TRUE)])
+@pytest.mark.parametrize(("part", "held"), [(plate(pilot_mm=0.02), NONE), (shaft(), TRUE)])
 def test_each_is_reported_once_on_the_drawing_and_the_checker_misses_what_is_not(part: Part, held: Controlled) -> None:
     drawing, features = part_drawing(part, held, TITLES)
     assert drawing_faults(drawing, part, features) == []
