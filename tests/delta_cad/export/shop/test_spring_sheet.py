@@ -93,7 +93,7 @@ def test_loads_of_a_wave_spring_keep_the_preload(best_dimensions: Dimensions, be
 
 
 @pytest.mark.parametrize("row", [*catalogue.tension_spring.rows.values(), *catalogue.wave_spring.rows.values()])
-def test_the_sheet_of_every_spring_of_ours_is_sound(
+def test_the_sheet_of_every_spring_of_the_catalogue_is_sound(
     row: catalogue.TensionSpring | catalogue.WaveSpring, best_dimensions: Dimensions, best_assembly: Assembly
 ) -> None:
     assert row.to_drawing
