@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from delta_cad.report.built import MODEL, Build, StaleBuildError
 from delta_cad.report.figures import with_unit
-from delta_cad.report.page import ASSETS, VENDOR, environment, json_script, page_policy, script_text
+from delta_cad.report.page import moving_page
 
-_SCRIPTS = ("kinematics.js", "viewer.js", "grip.js", "maps.js", "compare.js")
 _LEFT_OUT = "slices"  # of a scene
 _MOST_DIGITS = 12  # with which two figures that differ are distinguished
 _DIGITS = 5
@@ -89,28 +87,20 @@ def comparison_page(facts: Mapping[str, Any], machines: Sequence[Shown]) -> str:
         facts: As `compare` prints them.
         machines: A and B.
     """
-    from markupsafe import Markup
-
-    scripts = [script_text(VENDOR / "three.js"), *(script_text(ASSETS / name) for name in _SCRIPTS)]
-    style = "".join((ASSETS / name).read_text(encoding="utf-8") for name in ("page.css", "compare.css"))
     rows = [*facts["figures"], *facts["same"]]
     order = list(dict.fromkeys(row["group"] for row in rows))
-    return (
-        environment()
-        .get_template("compare.html")
-        .render(
-            facts=facts,
-            groups=[(group, [row for row in rows if row["group"] == group]) for group in order],
-            differ={(row["group"], row["quantity"]) for row in facts["figures"]},
-            pair=pair,
-            signed=signed,
-            changes=changes,
-            shown=machines,
-            policy=page_policy(scripts, style),
-            style=Markup(style),
-            scripts=[Markup(script) for script in scripts],
-            licence=Markup((VENDOR / "three.LICENSE").read_text(encoding="utf-8").strip()),
-            data=Markup(json_script([one.scene for one in machines])),
-            models=[Markup(b64encode(one.model).decode("ascii")) for one in machines],
-        )
+    return moving_page(
+        "compare.html",
+        "compare.js",
+        ("page.css", "compare.css"),
+        f"{facts['a']['name']} and {facts['b']['name']}",
+        [one.scene for one in machines],
+        {f"model-{side}": one.model for side, one in zip("ab", machines, strict=True)},
+        facts=facts,
+        groups=[(group, [row for row in rows if row["group"] == group]) for group in order],
+        differ={(row["group"], row["quantity"]) for row in facts["figures"]},
+        pair=pair,
+        signed=signed,
+        changes=changes,
+        shown=machines,
     )

@@ -191,7 +191,7 @@ _CERTIFICATE = "certificate.json"  # which only some builds have beside them
 _MANUAL = "manual/manual.html"  # which a build may be asked to leave out
 ASSETS = Path(__file__).parent / "assets"
 VENDOR = Path(__file__).parent / "vendor"
-_SCRIPTS = ("kinematics.js", "viewer.js", "grip.js", "maps.js", "main.js")
+_SCRIPTS = ("kinematics.js", "picture.js", "viewer.js", "grip.js", "maps.js")  # and the page's own
 # Columns of the bill of materials that come first; others that a build may write follow. Sources stand with what is
 # described.
 COLUMNS = (
@@ -217,58 +217,90 @@ def write_report(s: Subject, folder: Path, versions: Mapping[str, str], poor: st
     Raises:
         OSError, ReadError: A file cannot be read or written.
     """
-    from markupsafe import Markup
-
     handle = handle_of(s)
     over = fields(s, handle) if s.reachable else []
     data = scene(s, handle) | {"slices": maps(s, over)}
-    scripts = [script_text(VENDOR / "three.js"), *(script_text(ASSETS / name) for name in _SCRIPTS)]
-    style = (ASSETS / "page.css").read_text(encoding="utf-8")
     rows = [_specified(row) for row in read_json(folder / "bom.json")["items"]]
     files = _files(folder)
     certified = certificate(s.design, folder / _CERTIFICATE)
-    text = (
-        environment()
-        .get_template("page.html")
-        .render(
-            name=s.design.name,
-            poor=poor,
-            passed=all(result.passed for result in s.results),
-            counted=(sum(result.passed for result in s.results), len(s.results)),
-            headline=headline(s, over),
-            lengths=lengths(s),
-            requested=requirements(s.results),
-            binding=binding(s.results),
-            failures=failures(s.results),
-            kinds=kinds(s.results),
-            feel=feel(s, over),
-            reachable=s.reachable,
-            cube=data["cube"],
-            outline=outline(s),
-            bom={"columns": _columns(rows), "rows": rows},
-            cost=cost(folder),
-            tolerances=tolerances(folder),
-            certificate=certified,
-            proof=certified if certified["found"] else proof(s),
-            assumptions=assumptions(s),
-            provenance=provenance(s, dict(versions)),
-            design=design_to_json(s.design),
-            manual=_MANUAL if (folder / _MANUAL).is_file() else "",
-            files=files,
-            downloads=_downloads(folder),
-            drawn={name for group, names in files if group == "drawings" for name, _ in names},
-            searched=SEARCHED if (folder / SEARCHED).is_file() else "",
-            policy=page_policy(scripts, style),
-            style=Markup(style),
-            scripts=[Markup(script) for script in scripts],
-            licence=Markup((VENDOR / "three.LICENSE").read_text(encoding="utf-8").strip()),
-            data=Markup(json_script(data)),
-            model=Markup(b64encode((folder / "assembly.glb").read_bytes()).decode("ascii")),
-        )
+    text = moving_page(
+        "page.html",
+        "main.js",
+        ("page.css",),
+        s.design.name,
+        data,
+        {"model": (folder / "assembly.glb").read_bytes()},
+        name=s.design.name,
+        poor=poor,
+        passed=all(result.passed for result in s.results),
+        counted=(sum(result.passed for result in s.results), len(s.results)),
+        headline=headline(s, over),
+        lengths=lengths(s),
+        requested=requirements(s.results),
+        binding=binding(s.results),
+        failures=failures(s.results),
+        kinds=kinds(s.results),
+        feel=feel(s, over),
+        reachable=s.reachable,
+        cube=data["cube"],
+        outline=outline(s),
+        bom={"columns": _columns(rows), "rows": rows},
+        cost=cost(folder),
+        tolerances=tolerances(folder),
+        certificate=certified,
+        proof=certified if certified["found"] else proof(s),
+        assumptions=assumptions(s),
+        provenance=provenance(s, dict(versions)),
+        design=design_to_json(s.design),
+        manual=_MANUAL if (folder / _MANUAL).is_file() else "",
+        files=files,
+        downloads=_downloads(folder),
+        drawn={name for group, names in files if group == "drawings" for name, _ in names},
+        searched=SEARCHED if (folder / SEARCHED).is_file() else "",
     )
     path = folder / FILE_NAME
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def moving_page(
+    template: str,
+    script: str,
+    styles: Sequence[str],
+    title: str,
+    data: Any,
+    models: Mapping[str, bytes],
+    **given: Any,
+) -> str:
+    """Writes a page that draws machines in 3D, in one text that asks for nothing elsewhere.
+
+    Args:
+        template: Which extends `frame.html`.
+        script: The page's own, after those that all share.
+        styles: Files of its style.
+        title: Of the window.
+        data: JSON types that its script reads.
+        models: Name of an element -> GLB file that its script reads there.
+        given: What the template is given besides.
+    """
+    from markupsafe import Markup
+
+    scripts = [script_text(VENDOR / "three.js"), *(script_text(ASSETS / name) for name in (*_SCRIPTS, script))]
+    style = "".join((ASSETS / name).read_text(encoding="utf-8") for name in styles)
+    return (
+        environment()
+        .get_template(template)
+        .render(
+            **given,
+            title=title,
+            policy=page_policy(scripts, style),
+            style=Markup(style),
+            scripts=[Markup(one) for one in scripts],
+            licence=Markup((VENDOR / "three.LICENSE").read_text(encoding="utf-8").strip()),
+            data=Markup(json_script(data)),
+            models={name: Markup(b64encode(glb).decode("ascii")) for name, glb in models.items()},
+        )
+    )
 
 
 def environment() -> Environment:

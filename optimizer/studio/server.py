@@ -35,6 +35,7 @@ _FILES = {
     "charts.js": ASSETS / "charts.js",
     "scene.js": ASSETS / "scene.js",
     "kinematics.js": REPORT / "kinematics.js",
+    "picture.js": REPORT / "picture.js",
     "three.js": VENDOR / "three.js",
 }
 """Path behind the token -> file."""

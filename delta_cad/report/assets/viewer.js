@@ -1,41 +1,23 @@
 "use strict";
 
 const ISO = [0.5, -0.78, 0.42]; // towards who looks
-const WIDE_DEG = 28;
 const NARROW_DEG = 0.5; // of the views along an axis: nearly parallel, so that lengths compare at whatever depth they are
 const FILLED = 0.94; // share of the picture that the machine takes
 
 // The model in 3D: poses, exploded view, section, names. Lengths in mm, z up; a picture is drawn only when asked for.
-class Viewer {
+class Viewer extends Picture {
   constructor(canvas, data, glb) {
-    this.canvas = canvas;
+    super(canvas);
     this.data = data;
-    this.parts = []; // {node, link, part, move: Vector3, placement: Matrix4}
+    this.parts = []; // {node, name, link, part, move: Vector3, placement: Matrix4, surfaces}
     this.apart = 0;
     this.pose = data.home_mm;
     this.plane = new THREE.Plane(new THREE.Vector3(0, 0, -1), 0);
     this.cutting = ["", 0]; // axis and share, as `cut` takes them
     this.caps = new THREE.Group();
     this.shown = { cube: true, outline: true };
-    this.pending = false;
-    const kept = { alpha: true, preserveDrawingBuffer: true, stencil: true }; // kept for print
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, ...kept });
     this.renderer.localClippingEnabled = true;
-    this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
-    this.renderer.toneMappingExposure = 1.15;
-    this.scene = new THREE.Scene();
-    const room = new THREE.PMREMGenerator(this.renderer);
-    this.scene.environment = room.fromScene(new THREE.RoomEnvironment(), 0, 0.1, 100, { size: 64 }).texture;
-    const sun = new THREE.DirectionalLight(0xffffff, 1.4);
-    sun.position.set(300, -500, 800);
-    this.scene.add(sun);
-    this.camera = new THREE.PerspectiveCamera(WIDE_DEG, 1, 5, 6000);
-    this.camera.up.set(0, 0, 1);
-    this.controls = new THREE.OrbitControls(this.camera, canvas);
-    this.controls.addEventListener("change", () => {
-      this.clip();
-      this.draw();
-    });
+    this.controls.addEventListener("change", () => this.clip());
     this.model = new THREE.Group();
     this.scene.add(this.model, this.caps);
     this.cube = this.lines(boxEdges(2 * data.cube.half_mm), 0x2f6fd0);
@@ -48,22 +30,11 @@ class Viewer {
   }
 
   async load(glb) {
-    const loaded = await new Promise((done, failed) => new THREE.GLTFLoader().parse(glb, "", done, failed));
-    const meshes = [];
-    loaded.scene.traverse((node) => {
-      const known = this.data.occurrences[node.userData.name ?? node.name];
-      if (known && node.isMesh) meshes.push([node, known]);
-    });
     const materials = new Map(); // parts of one material share one, until one is marked
-    for (const [node, [link, part, move]] of meshes) {
-      node.updateMatrix();
-      const placement = node.matrix.clone();
-      node.removeFromParent();
-      node.matrixAutoUpdate = false;
+    for (const { node, name, known: [link, part, move], placement } of await partsOf(glb, this.data.occurrences)) {
       if (!materials.has(node.material)) materials.set(node.material, this.surfaces(node.material));
       const surfaces = materials.get(node.material);
       node.material = surfaces.outer;
-      const name = node.userData.name ?? node.name;
       this.parts.push({ node, name, link, part, placement, surfaces, move: new THREE.Vector3(...move) });
       this.model.add(node);
     }
@@ -107,18 +78,9 @@ class Viewer {
     const links = Delta.links(this.data.mechanism, pose);
     if (!links) return false;
     this.pose = pose;
-    const frames = {};
-    for (const [name, rows] of Object.entries(links)) frames[name] = new THREE.Matrix4().set(...rows);
-    const toMm = new THREE.Matrix4().makeScale(1000, 1000, 1000); // the model is in metres
-    const away = new THREE.Vector3();
-    for (const { node, link, placement, move } of this.parts) {
-      const own = placement.clone().premultiply(toMm);
-      node.matrix.copy(own.premultiply(frames[link]));
-      away.copy(move).multiplyScalar(this.apart);
-      node.matrix.elements[12] += away.x;
-      node.matrix.elements[13] += away.y;
-      node.matrix.elements[14] += away.z;
-      node.matrixWorldNeedsUpdate = true;
+    for (const part of this.parts) {
+      put(part, links[part.link]);
+      part.move.toArray().forEach((mm, k) => (part.node.matrix.elements[12 + k] += this.apart * mm));
     }
     this.handle.position.set(...pose);
     this.cut(...this.cutting);
@@ -206,8 +168,7 @@ class Viewer {
   portraits(faces) {
     const scene = new THREE.Scene();
     scene.environment = this.scene.environment;
-    const sun = new THREE.DirectionalLight(0xffffff, 1.4);
-    sun.position.set(300, -500, 800);
+    const sun = sunlight();
     const camera = new THREE.PerspectiveCamera(20, 1, 0.1, 10000);
     camera.up.set(0, 0, 1);
     this.renderer.setPixelRatio(1);
@@ -308,26 +269,6 @@ class Viewer {
     const visible = (hit) => !this.cutting[0] || this.plane.distanceToPoint(hit.point) >= 0;
     const found = this.ray(x, y).intersectObjects(this.parts.map((one) => one.node), false).find(visible);
     return found ? { part: this.parts.find((one) => one.node === found.object), point: found.point } : null;
-  }
-
-  fit() {
-    const { clientWidth: w, clientHeight: h } = this.canvas;
-    if (!w || !h) return;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-    this.renderer.setSize(w, h, false);
-    this.camera.aspect = w / h;
-    this.camera.updateProjectionMatrix();
-    this.draw();
-  }
-
-  draw() {
-    if (this.pending) return;
-    this.pending = true;
-    requestAnimationFrame(() => {
-      this.pending = false;
-      this.renderer.render(this.scene, this.camera);
-      this.canvas.dataset.drawn = String(Number(this.canvas.dataset.drawn ?? 0) + 1);
-    });
   }
 }
 

@@ -17,9 +17,9 @@ from delta_cad.export.bom import bill_of_materials
 from delta_cad.export.drawings.sheet_io.lettering import face_rules
 from delta_cad.report.manual.pictures import SIZE, Colour, Studio
 from delta_cad.report.manual.steps import Chapter, chapters, scenes
+from delta_cad.report.page import ASSETS, environment
 
 FOLDER, _FILE_NAME = "manual", "manual.html"
-_ASSETS = Path(__file__).parents[1] / "assets"
 TORQUES = (
     "Torques of cap screws: 0.7 of the proof stress of A2-70 at a friction of 0.14 (VDI 2230, ISO 3506-1), in the "
     "thread, or below the socket of a low head where that bears less; of set screws from memory: check. Where the "
@@ -84,24 +84,25 @@ def _embedded(path: Path) -> str:
 
 def page(d: Dimensions, assembly: Assembly, wording: list[Chapter], pictures: Mapping[str, str]) -> str:
     """Gives the page's text; `pictures` are URLs by name."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
     from markupsafe import Markup
 
-    tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
-    environment = Environment(loader=FileSystemLoader(_ASSETS), autoescape=True, **tidy)
     tools = dict.fromkeys(tool for chapter in wording for step in chapter.steps for tool in step.tools)
-    text = environment.get_template("manual.html").render(
-        name=assembly.name,
-        chapters=wording,
-        steps=sum(len(chapter.steps) for chapter in wording),
-        parts=len(assembly.occurrences),
-        tools=sorted(tools, key=_sorted_as),
-        torques=TORQUES,
-        others=_others(d),
-        pictures=pictures,
-        size=SIZE,
-        hash=design_hash(d.design),
-        style=Markup((_ASSETS / "manual.css").read_text(encoding="utf-8")),
+    text = (
+        environment()
+        .get_template("manual.html")
+        .render(
+            name=assembly.name,
+            chapters=wording,
+            steps=sum(len(chapter.steps) for chapter in wording),
+            parts=len(assembly.occurrences),
+            tools=sorted(tools, key=_sorted_as),
+            torques=TORQUES,
+            others=_others(d),
+            pictures=pictures,
+            size=SIZE,
+            hash=design_hash(d.design),
+            style=Markup((ASSETS / "manual.css").read_text(encoding="utf-8")),
+        )
     )
     return text.replace("</style>", f"{face_rules(sorted(set(text)))}</style>", 1)
 

@@ -1,31 +1,17 @@
 "use strict";
 
 // The machine in 3D: the body in closed form of the present lengths, and the solids of the last machine. Lengths in mm.
-class Scene {
+class Scene extends Picture {
   constructor(canvas) {
-    this.canvas = canvas;
-    this.pending = false;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
-    this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
-    this.renderer.toneMappingExposure = 1.1;
-    this.scene = new THREE.Scene();
-    const room = new THREE.PMREMGenerator(this.renderer);
-    this.scene.environment = room.fromScene(new THREE.RoomEnvironment(), 0, 0.1, 100, { size: 64 }).texture;
-    const sun = new THREE.DirectionalLight(0xffffff, 1.6);
-    sun.position.set(300, -500, 800);
-    this.scene.add(sun);
-    this.camera = new THREE.PerspectiveCamera(28, 1, 5, 8000);
-    this.camera.up.set(0, 0, 1);
-    this.controls = new THREE.OrbitControls(this.camera, canvas);
+    super(canvas);
     this.controls.enablePan = false;
-    this.controls.addEventListener("change", () => this.draw());
     this.body = new THREE.Group();
     this.solids = new THREE.Group();
     this.cube = new THREE.Group();
     this.outline = new THREE.Group();
     this.scene.add(this.body, this.solids, this.cube, this.outline);
     this.links = new Map(); // link -> group of the present body
-    this.parts = []; // of the solids: {node, link, placement}
+    this.parts = []; // of the solids, as `partsOf` gives them
     this.materials = new Map();
     this.framed = 0; // size that the camera was set for
     this.shown = { body: true, solids: true, cube: true };
@@ -37,8 +23,7 @@ class Scene {
   // The loader's own material, which surfaces of the body share with the solids.
   async begin() {
     const json = JSON.stringify({ asset: { version: "2.0" }, materials: [{ doubleSided: true }], scenes: [{}], scene: 0 });
-    const made = await new Promise((done, failed) => new THREE.GLTFLoader().parse(json, "", done, failed));
-    this.plain = await made.parser.getDependency("material", 0);
+    this.plain = await (await parsed(json)).parser.getDependency("material", 0);
   }
 
   material(colour) {
@@ -117,36 +102,21 @@ class Scene {
       const { centre_x_mm: x, bottom_mm: bottom, half_mm: half } = this.last.cube;
       const middle = [x, 0, bottom + half];
       const frames = Delta.links(this.last.mechanism, this.turn ? this.pose({ middle, half }) : this.last.home_mm);
-      const toMm = new THREE.Matrix4().makeScale(1000, 1000, 1000); // the model is in metres
-      for (const { node, link, placement } of frames ? this.parts : []) {
-        const own = placement.clone().premultiply(toMm).premultiply(new THREE.Matrix4().set(...frames[link]));
-        node.matrix.copy(own);
-        node.matrixWorldNeedsUpdate = true;
-      }
+      for (const part of frames ? this.parts : []) put(part, frames[part.known[0]]);
     }
     this.draw();
   }
 
   // Takes the solids of a machine in place of those before, which stay until the new ones are there.
   async load(scene, glb) {
-    const loaded = await new Promise((done, failed) => new THREE.GLTFLoader().parse(glb, "", done, failed));
-    const found = [];
-    loaded.scene.updateMatrixWorld(true);
-    loaded.scene.traverse((node) => {
-      const known = scene.occurrences[node.userData.name ?? node.name];
-      if (known && node.isMesh) found.push([node, known[0]]);
-    });
+    const found = await partsOf(glb, scene.occurrences);
     clear(this.solids);
     this.last = scene;
-    this.parts = found.map(([node, link]) => {
-      node.updateMatrix();
-      const placement = node.matrix.clone();
-      node.removeFromParent();
-      node.matrixAutoUpdate = false;
+    this.parts = found;
+    for (const { node } of found) {
       node.material = node.material.clone();
       this.solids.add(node);
-      return { node, link, placement };
-    });
+    }
     this.look();
     this.place();
   }
@@ -193,26 +163,6 @@ class Scene {
     if (on) this.moving = requestAnimationFrame(step);
     else this.turn = 0;
     this.place();
-  }
-
-  fit() {
-    const { clientWidth: w, clientHeight: h } = this.canvas;
-    if (!w || !h) return;
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
-    this.renderer.setSize(w, h, false);
-    this.camera.aspect = w / h;
-    this.camera.updateProjectionMatrix();
-    this.draw();
-  }
-
-  draw() {
-    if (this.pending) return;
-    this.pending = true;
-    requestAnimationFrame(() => {
-      this.pending = false;
-      this.renderer.render(this.scene, this.camera);
-      this.canvas.dataset.drawn = String(Number(this.canvas.dataset.drawn ?? 0) + 1);
-    });
   }
 }
 
