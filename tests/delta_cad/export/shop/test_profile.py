@@ -20,6 +20,7 @@ from delta_cad.checks.dfm.lines import Lines
 from delta_cad.common.memoize import memoize
 from delta_cad.dimensions.tolerances import SLOT_CUTTER_MM
 from delta_cad.export.shop.profile import LAYERS, Profile, profile_of, write_profiles
+from delta_cad.solids.making import material
 from delta_cad.solids.part import Part
 
 PLATES = {"base_plate", "motor_cheek", "encoder_cheek", "foot_block", "upper_arm"}
@@ -227,6 +228,12 @@ def test_a_side_bulge_between_walls_is_no_plate_and_a_cross_bore_in_a_wall_hides
     window = profile(replace(plate, solid=box.cut(cq.Workplane().box(30.0, 20.0, 20.0)).val(), holes=()))
     assert window.area_mm2 == pytest.approx(2400.0)
     assert [one.layer for one in window.openings] == ["HOLES"]
+
+
+def test_a_printed_plate_has_none(best_assembly: Assembly, tmp_path: Any) -> None:
+    printed = replace(part_of(best_assembly, "base_plate"), material=material("petg-fdm"))
+    write_profiles([printed], tmp_path / "profiles")
+    assert not (tmp_path / "profiles").exists()
 
 
 def test_files_are_named_after_their_parts_and_the_same_each_time(best_assembly: Assembly, tmp_path: Any) -> None:
