@@ -17,7 +17,7 @@ from delta_cad.export.drawings.notes import print_notes
 from delta_cad.solids.boring import Boring, along_z, fitted, reamed_with, tapped
 from delta_cad.solids.making import made_part, material
 from delta_cad.solids.part import Part
-from delta_cad.solids.primitive import box, cut, fuse
+from delta_cad.solids.primitive import box, cut, fuse, one_solid
 
 EDGE_MM = 20.0
 UP = np.array([0.0, 0.0, 1.0])
@@ -109,13 +109,14 @@ def test_the_mesh_to_print_stands_on_the_bed() -> None:
 
 
 def test_what_stands_on_too_little_is_printed_with_a_brim() -> None:
-    def notes(solid: cq.Solid) -> str:
+    def notes(shape: cq.Shape) -> str:
+        solid = one_solid(shape, "post")
         return " ".join(print_notes(made_part("post", "post", solid, material("petg-fdm"), (None, None, None))))
 
     assert "Print it with a brim and supports: it is 20 high" in notes(
         cq.Solid.makeSphere(10.0, cq.Vector(), cq.Vector(0, 0, 1), -90, 90, 360)
     )
-    assert "brim" not in notes(cq.Solid.makeBox(10.0, 10.0, 20.0))
+    assert "brim" not in notes(box((0.0, 0.0, 0.0), (10.0, 10.0, 20.0)))
 
 
 def test_a_print_s_notes_name_its_inserts_and_what_is_reamed() -> None:
