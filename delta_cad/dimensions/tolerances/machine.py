@@ -233,13 +233,13 @@ def plane_chain(d: Dimensions, c: CapstanDimensions, general: str, zones: Zones)
     rim, limit = d.layers.sector_mm[1], c.run.lug_tolerance_mm()
     by_end, by_groove = rim - min(c.end_y_mm), c.groove_y_mm[1] - c.middle_y_mm
     inside, face = d.layers.motor_cheek_mm[0], d.layers.motor_face_mm
-    tilt = max(map(abs, _tilt_chain(d)[0].worst)) / minutes(1.0) * c.run.sector_mm
+    shaft = (replace(link, share=link.share * c.run.sector_mm / minutes(1.0)) for link in _tilt_chain(d)[0].links)
     arm, sector = d.layers.arm_mm[1] - d.layers.bearings_mm[0][1], d.layers.bearings_mm[1][0] - d.layers.arm_mm[1]
     links = (
         either_way("sector", "place of a rim's end", "general", general_mm(by_end, general), 1.0, by_end),
         either_way("pinion", "groove from its collar", "general", general_mm(by_groove, general), 1.0, by_groove),
         either_way("pinion", "its collar set to the rim by a feeler", "set", _FEELER_MM),
-        either_way("sector", "tilt of the shoulder's shaft", "fit", tilt),
+        *shaft,
         either_way(
             "motor_cheek", "pilot out of square", "place", PLACE_MM / 2.0, 2.0 * c.run.pinion_mm / (face - inside)
         ),

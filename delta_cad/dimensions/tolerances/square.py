@@ -22,6 +22,8 @@ STEPS_MM = (0.01, 0.012, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.1, 0.2)
 MOTOR_SEAT, ENCODER_SEAT = ("motor_cheek", "seat out of square"), ("encoder_cheek", "seat out of square")
 SHOULDER = "shoulder_shaft", "shoulder out of square"
 ARM, SECTOR = ("upper_arm", "bore out of square"), ("sector", "bore out of square")
+FINEST: Zones = dict.fromkeys((MOTOR_SEAT, ENCODER_SEAT, SHOULDER, ARM, SECTOR), STEPS_MM[0])
+"""The tightest zones that a drawing states."""
 _PER_RAD = minutes(1.0)
 
 

@@ -38,6 +38,7 @@ from delta_cad.dimensions.rules import (
 from delta_cad.dimensions.sizes import largest_force_N
 from delta_cad.dimensions.tolerances.general import CLASSES
 from delta_cad.dimensions.tolerances.machine import plane_chain, travel_chain
+from delta_cad.dimensions.tolerances.square import FINEST
 from delta_cad.drive import drive_torque
 from delta_cad.interference.reasons import INTERFERENCE_FORMS
 from delta_cad.interference.static_obstacles import are_alike
@@ -265,7 +266,7 @@ def _stability(d: Dimensions) -> Iterator[Reason]:
 
 def _cable_plane(d: Dimensions) -> Iterator[Reason]:
     """A pinion so small that its groove's own climb leaves nothing of the fleet angle to tolerances."""
-    if d.capstan is None or (chain := plane_chain(d, d.capstan, CLASSES[0])).holds:
+    if d.capstan is None or (chain := plane_chain(d, d.capstan, CLASSES[0], FINEST)).holds:
         return
     message = f"it leaves its plane by {chain.rss[1]:.3f} mm with the finest tolerances; at most {chain.high:.3f}"
     yield Reason("cable", "plane", message, (larger(SECTOR), smaller(RATIO), *another("cable")))

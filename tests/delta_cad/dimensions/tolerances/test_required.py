@@ -67,6 +67,8 @@ CHAIN: dict[tuple[str, str], tuple[str, ...]] = {  # part, kind of tolerance -> 
 BOND = "of a ball's shell and its cup: half of the bond between them"
 OTHER: dict[tuple[str, str], str] = {
     ("rod_cup", "size 7.255"): BOND,
+    ("rod_cup", "size 2.8"): "of a rod end's spigot: a quarter of the bond in its tube on either side",
+    ("rod_tube", "length"): "shorter only: the rod jig sets the rod's length, beyond the tube's ends is bond",
     ("cup_shell", "size 7.215"): BOND,
     (
         "cup_shell",
