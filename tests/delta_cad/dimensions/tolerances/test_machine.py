@@ -229,7 +229,9 @@ def test_placed_chains_have_a_base_radius_each_and_a_plate_as_long_as_it_is() ->
     d = dimensions(load_design(ROOT / "best.json"))
     chains = {chain.name: chain for chain in length_chains(d, "m")}
     nominal = {name: chain.nominal for name, chain in chains.items() if "base radius" in name}
-    out, side, _ = d.design.mechanism.base_radii_mm or ()
+    radii = d.design.mechanism.base_radii_mm
+    assert radii is not None
+    out, side, _ = radii
     assert nominal == {"base radius of chain 0": out, "base radius of chains 1, 2": side}
     flat = next(link for link in chains["shoulder's height"].links if "flat" in link.what)
     assert flat.upper_mm == flat_mm(max(b - a for a, b in d.base.reach_mm), "m") / 2.0
