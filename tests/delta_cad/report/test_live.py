@@ -340,6 +340,7 @@ def test_tables_are_filtered(live: Any) -> None:
 
 def test_nothing_is_wider_than_a_phone(live: Any) -> None:
     assert live.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
+    assert live.locator("nav").bounding_box()["height"] < 50.0  # one line, of which the end is off the screen
 
 
 def test_the_manual_is_no_wider_than_a_phone(chromium: Any, built: Built) -> None:
