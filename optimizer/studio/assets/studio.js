@@ -363,6 +363,7 @@
       words.push(`solids: machine built ${solids.built}${build.state === "running" ? ", in view until the new one stands" : ""}`);
     }
     get("doing").textContent = words.join(" · ");
+    get("doing").classList.toggle("busy", doing !== "" || build.state === "running");
   }
 
   // The step that a build is at, and the share of its time, or of its steps, that is over; null where none is known.
