@@ -62,7 +62,8 @@ _CHECKED = (
 )
 """Figures of the solids: name of the check, words, which of two is better."""
 _PART = ("description", "quantity", "material", "standard", "order_code", "unit_mass_g", "unit_cost_EUR")
-_UNITS = ("mm", "deg", "kg", "g", "N_m", "N_mm", "N", "EUR", "m_s2")  # that a field of a design may end in
+_UNITS = {"N_mm": "N/mm", "N_m": "N m", "m_s2": "m/s^2"} | {one: one for one in ("mm", "deg", "kg", "g", "N", "EUR")}
+"""What a field of a design may end in -> its unit."""
 _Value = float | str | None
 
 
@@ -216,8 +217,8 @@ def _figures(a: _Machine, b: _Machine) -> Iterator[_Figure]:
         yield _Figure("figures", words, unit, a_value, b_value, prefer)
     fields = [dict(_fields(one.design)) for one in (a, b)]
     for name in dict.fromkeys([*fields[0], *fields[1]]):
-        unit = next((unit for unit in _UNITS if name.endswith(f"_{unit}")), "")
-        yield _Figure("design", name, unit.replace("_", " "), fields[0].get(name), fields[1].get(name))
+        unit = next((unit for end, unit in _UNITS.items() if name.endswith(f"_{end}")), "")
+        yield _Figure("design", name, unit, fields[0].get(name), fields[1].get(name))
 
 
 def _computed(rows: Iterable[InspectionRow]) -> dict[str, tuple[float, str]]:
@@ -253,7 +254,8 @@ def _fields(design: Design) -> Iterator[tuple[str, _Value]]:
     data = design_to_dict(design)
     for section in _SECTIONS:
         for name, value in (data.get(section) or {}).items():
-            plain = value if value is None or isinstance(value, int | float | str) else str(value)
+            plain = ", ".join(map(str, value)) if isinstance(value, list | tuple) else value
+            plain = plain if plain is None or isinstance(plain, int | float | str) else str(plain)
             yield f"{section}.{name}", str(plain) if isinstance(plain, bool) else plain
 
 

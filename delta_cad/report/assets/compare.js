@@ -18,7 +18,9 @@
   // the box about both cubes
   const low = least(...sides.map(({ data }) => ends(data)[0]));
   const high = most(...sides.map(({ data }) => ends(data)[1]));
-  let at = sides[0].data.home_mm;
+  // the middle of what both cubes share
+  const [from, to] = [most(...sides.map(({ data }) => ends(data)[0])), least(...sides.map(({ data }) => ends(data)[1]))];
+  let at = from.every((v, k) => v <= to[k]) ? from.map((v, k) => (v + to[k]) / 2) : sides[0].data.home_mm;
 
   const ROWS = [
     ["conditioning", (f) => told(f.kappa, 4)],

@@ -105,6 +105,12 @@ def test_figures_that_differ_come_with_both_values_and_which_is_better(
     assert same["mass"]["better"] is None
     thick = differ["hardware.arm_thickness_mm"]
     assert (thick["a"], thick["b"], thick["unit"], thick["better"]) == (6, 7.0, "mm", None)
+    fields = differ | same
+    assert fields["requirements.stiffness_min_N_mm"]["unit"] == "N/mm"
+    assert (fields["requirements.gravity_m_s2"]["a"], fields["requirements.gravity_m_s2"]["unit"]) == (
+        "0.0, 0.0, -9.81",
+        "m/s^2",
+    )
     # a smaller cube is never worse in what is worst over it
     for words, sense in (
         ("conditioning (kappa), worst", 1),

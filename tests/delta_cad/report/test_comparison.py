@@ -88,6 +88,7 @@ def position_mm(live: Any) -> list[float]:
 def test_both_are_shown_alike(live: Any) -> None:
     """The same solids with the same camera at the same position, to the pixel that the canvases are off its grid."""
     assert live.evaluate("document.body.dataset.ready") == "model"
+    assert position_mm(live)[2] == pytest.approx(144.4 - 40.0, abs=0.1)  # in the middle of what both cubes share
     a, b = pictures(live)
     assert len(np.unique(a.reshape(-1, 3), axis=0)) > 500
     assert np.abs(arms(a) - arms(b)).max() <= 1
@@ -163,6 +164,9 @@ def test_on_a_phone_nothing_is_wider_and_the_machines_come_first(live: Any) -> N
     assert live.evaluate("document.documentElement.scrollWidth") <= 390
     box = live.locator("#stage-b").bounding_box()
     assert box["y"] + box["height"] < 844
+    for value in live.locator("#figures tr", has_text="cube side").locator("td").all():
+        cell = value.bounding_box()
+        assert cell["x"] + cell["width"] <= 390  # in sight, without a scroll to the side
     live.set_viewport_size({"width": 1200, "height": 900})
 
 
