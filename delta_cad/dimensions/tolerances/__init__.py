@@ -12,7 +12,7 @@ from delta_cad.dimensions.layers import SPAN_MM
 LENGTH_MM = 0.02  # either way, of every length of the shoulder's stack: milled or turned in one clamping, and measured
 STACK = 5  # such lengths: arm, sector, foot block, depth of the seat in either cheek
 WIDTH_MM = 0.12  # by which a bearing may be narrower, ISO 492 normal class up to a bore of 10 mm, as of 10 to 18
-WAVE_SHARE = 0.2  # of a wave spring's force and rate by which they may be larger than told; they are never smaller
+WAVE_SHARE = 0.2  # of a wave spring's force and rate by which they may be larger than stated; they are never smaller
 WORKING = (0.2, 0.8)  # share of its free height over its strip by which a wave spring is pressed, as makers advise
 DOWEL_PLAY_MM = 0.004  # of radius, at most: 3 m6 in H7
 MANDREL_FIT, MANDREL_MM = "h5", 0.008  # by which it may be thinner than its seats' nominal diameter, up to 18 mm

@@ -159,11 +159,11 @@ def test_the_geometry_sent_is_the_mechanisms() -> None:
     assert model.lengths_of(found)["half_side_mm"] == pytest.approx(1e3 * cube.half_side)
 
 
-def test_of_other_motors_rows_are_estimates_and_the_present_ones_keep_what_its_parts_asked_for() -> None:
+def test_rows_of_other_motors_are_estimates_and_the_present_one_keeps_what_its_parts_need() -> None:
     found = Solver().settle(joystick())
     assert found is not None
     found = replace(found, corrections=replace(found.corrections, elbow_angle_deg=21.0))
-    told: list[dict[str, Any]] = []
+    sent: list[dict[str, Any]] = []
     other = replace(found.task.choice, motor="maxon-re30-310009")
 
     def compute(piece, task, known):
@@ -172,10 +172,10 @@ def test_of_other_motors_rows_are_estimates_and_the_present_ones_keep_what_its_p
         return replace(found, task=task, side_mm=found.side_mm + (5.0 if task.choice == other else -5.0))
 
     view: Any = SimpleNamespace(
-        hardware=[found.task.choice, other], compute=compute, doing=lambda _: None, tell=told.append
+        hardware=[found.task.choice, other], compute=compute, doing=lambda _: None, tell=sent.append
     )
     outlook._hardware(view, found)
-    rows = {row["motor"]: (row["side_mm"], row.get("estimated", False)) for row in told[-1]["rows"]}
+    rows = {row["motor"]: (row["side_mm"], row.get("estimated", False)) for row in sent[-1]["rows"]}
     side_mm = round(found.side_mm, 2)
     assert rows[found.task.choice.motor] == (side_mm, False)
     assert rows[other.motor] == (pytest.approx(side_mm + 5.0), True)

@@ -27,7 +27,7 @@ def part_of(body: cq.Shape, boring: Boring) -> Part:
 
 
 def plate(*, with_dowels: bool = True, pilot_mm: float = 0.0) -> Part:
-    """60 x 40 x 10: a blind seat of 16 from above, a pilot of 12, as square as told, two dowels of 3."""
+    """60 x 40 x 10: a blind seat of 16 from above, a pilot of 12, as square as stated, two dowels of 3."""
     boring = Boring()
     boring.add("16 H7 x 5", [squared(fitted(blind(along_z(16.0, (15, 20), (10, 5))), "H7"), 0.03)])
     boring.add("12 H7 through", [squared(fitted(along_z(12.0, (40, 20), (0, 10)), "H7"), pilot_mm)])
