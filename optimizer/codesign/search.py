@@ -82,6 +82,7 @@ _WORSE = 0.01  # share of a score that solids took, beyond which hardware is ref
 RANKED, MOTORS = 6, 3  # motors whose parts are looked at, and that are refined and built, the likeliest first
 _SWEEPS = 10  # machines of one choice that are made
 _TRIES = 16  # closed forms and weights of one choice, until they agree
+_NO_LENGTHS = "no lengths meet the limits with its torque, masses and rods' springs"
 LEAST_SIDE_MM = 10.0  # of a cube, where none is asked
 _ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other lengths
 
@@ -218,7 +219,7 @@ class Search:
             self.log.candidates += 1
             found = self._lengths(choice, corrections, start, ROUNDS if weighing else 1, beats)
             if found is None:
-                raise NoProgressError("no lengths meet the limits with its torque, masses and rods' springs")
+                raise NoProgressError(_NO_LENGTHS)
             if beats is not None and found.score <= beats:
                 return None
             start = lengths = found.lengths_mm
@@ -410,7 +411,7 @@ class Search:
                     break
             name = f"{motor} {drive}"
             if best is None:
-                self.log.no_progress[name] = "its torque, masses and rods' springs leave no cube"
+                self.log.no_progress[name] = _NO_LENGTHS
                 self.log.ended(name)
             else:
                 if self.log.no_progress.pop(name, ""):

@@ -112,7 +112,7 @@ def _tension(f: ForearmDimensions) -> tuple[list[Item], list[_Length], list[Row]
         (f"Load F1 at L1 = {f.between_eyes_mm:.2f}", f"{f.joint.spring_N:.2f} N ±{share:g} %, arms at rest"),
         (f"Load F2 at L2 = {longest:.2f}", f"{most:.2f} N ±{share:g} %, at the largest lean"),
         (f"Largest length Ln = {row.length_max_mm:g}", f"Fn = {row.force_max_N:g} N, no set after it"),
-        ("Shear stress at Ln", f"{stress:.0f} N/mm², without the curvature's factor"),
+        ("Shear stress at Ln", f"{stress:.0f} MPa, without the curvature's factor"),
         ("Lengths are between", "the insides of the loops"),
         _MODEL,
     ]

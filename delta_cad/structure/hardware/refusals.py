@@ -258,8 +258,8 @@ def _stability(d: Dimensions) -> Iterator[Reason]:
     least = _WEIGHT_MOST * min(upset_forces_N(d, np.array(d.feet_mm), d.floor_mm))
     if least < force:
         message = (
-            f"{least:.3g} N at the knob tip or slide it on its feet, however heavy its parts are; it is to bear "
-            f"{force:g}, {FACTOR:g} times the largest force; {firmer_mounting(d)}"
+            f"{least:.3g} N at the knob tip or slide it on its feet, with parts of {_WEIGHT_MOST:g} times their least "
+            f"weight; it is to bear {force:g}, {FACTOR:g} times the largest force; {firmer_mounting(d)}"
         )
         yield Reason("base_plate", "standing", message, another("mounting"))
 

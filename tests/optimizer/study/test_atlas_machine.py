@@ -34,7 +34,9 @@ def paper(search: Search) -> MachinePoint | None:
     """A machine the larger the less is asked; none at 0.5 N of friction and 3 N."""
     friction, force = search.brief.feel.friction_max_N, search.brief.requirements.force_N
     if (friction, force) == (0.5, 3.0):
-        search.log.no_progress[f"{MOTOR} capstan"] = "its torque, masses and rods' springs leave no cube"
+        search.log.no_progress[f"{MOTOR} capstan"] = (
+            "no lengths meet the limits with its torque, masses and rods' springs"
+        )
         return None
     side = 60.0 + 20.0 * friction - force
     figures = Figures(side, (250.0, 220.0), 0.3, friction, 20.0, 2.2)
@@ -63,7 +65,8 @@ def test_each_set_becomes_a_row_and_a_design_file_that_can_be_built(monkeypatch:
     assert sides[1].tolist() == [74.0, 73.0]
     assert bytes(files["d/atlas.png"]).startswith(b"\x89PNG")
     text = page(found, rows, None, "out/atlas/b")
-    assert "set 1 has none: maxon-re30-310007 capstan: its torque, masses and rods' springs leave no cube" in text
+    why = "no lengths meet the limits with its torque, masses and rods' springs"
+    assert f"set 1 has none: maxon-re30-310007 capstan: {why}" in text
     assert "python -m delta_cad build --design out/atlas/b/designs/set-N.json" in text
 
 

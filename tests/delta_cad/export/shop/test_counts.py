@@ -50,7 +50,8 @@ def drawn(path: Path) -> Counter[str]:
         counts["own"] += times * len(re.findall(r"Ø[\d.]+ \+[\d.]+/0", text))
         if thread := re.match(r"M[\d.]+", match[2]):
             counts[thread[0]] += times
-        counts["either"] += times * text.count("±")
+        counts["either"] += times * (text.count("±") - text.count("delivered SØ"))  # data are of what is assembled
+        counts["own"] += len(re.findall(r"^-?[\d.]+ (?:0|\+[\d.]+)/-[\d.]+$", text))  # of a length
         counts["own"] += times * len(re.findall(r"^slot [\d.]+ H7 wide", match[2]))  # limits of a width, in a STEP file
     for symbol in svg_symbols(path):
         if symbol.split()[0] in KINDS or symbol.startswith("datum"):
