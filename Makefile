@@ -23,7 +23,7 @@ LINTED := $(VENV)/.linted
 # Python keeps what it compiles of the sources: the tests alone start some 150 commands.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: build install test tests linted slow docs bench coverage mutants faults offered endurance three lint clean
+.PHONY: build install test tests linted slow docs bench bench-long coverage mutants faults offered endurance three lint clean
 
 build: $(BUILDS)
 	$(PYTHON) -m delta_cad build --design best.json
@@ -61,6 +61,10 @@ lint: $(STAMP)
 
 bench: $(STAMP)
 	$(PYTHON) -m tests.benchmarks
+
+# Comparisons with peers, and thirty seeds of each method: an hour.
+bench-long: $(STAMP)
+	$(PYTHON) -m tests.benchmarks long
 
 # Share of lines and branches that the tests run, for each package; compiled functions are left out, see pyproject.toml.
 coverage: $(STAMP)

@@ -1,6 +1,7 @@
-"""`python -m tests.benchmarks [SUBJECT ...]`: measures all subjects or those named, shows its progress, writes a page.
+"""`python -m tests.benchmarks [SUBJECT ...]`: measures subjects, shows its progress, writes a page.
 
-All of them write `out/bench.md` and `out/bench.json`; some alone write `out/bench-some.*` instead.
+Without a word it measures all but the long ones and writes `out/bench.md` and `out/bench.json`; `long` measures those
+and writes `out/bench-long.*`; subjects that are named go into `out/bench-some.*`.
 """
 
 from __future__ import annotations
@@ -39,19 +40,26 @@ MINUTES = {
 }
 """Subjects and the time after which each is given up: a multiple of what it takes on a quiet two-core machine."""
 
+LONG = "optimizer.synthesis", "optimizer.proven", "optimizer.seeds"
+"""Subjects that compare with peers or over thirty seeds, of five minutes and more."""
+
 
 def chosen(words: Sequence[str]) -> list[str]:
-    """The subjects that words name, by full or last name; all of them without words.
+    """The subjects that words name, by full or last name, or "long"; without words all but the long ones.
 
     Raises:
         SystemExit: A word names none; exit code 2.
     """
+    if not words:
+        return [name for name in MINUTES if name not in LONG]
+    if list(words) == ["long"]:
+        return list(LONG)
     by_name = {short: name for name in MINUTES for short in (name, name.rsplit(".", 1)[-1])}
     unknown = [word for word in words if word not in by_name]
     if unknown:
-        print(f"no such subject: {', '.join(unknown)}; there are {', '.join(MINUTES)}", file=sys.stderr)
+        print(f"no such subject: {', '.join(unknown)}; there are long, {', '.join(MINUTES)}", file=sys.stderr)
         raise SystemExit(2)
-    return [by_name[word] for word in words] or list(MINUTES)
+    return [by_name[word] for word in words]
 
 
 def run(modules: Mapping[str, float], out: Path, stem: str) -> int:
@@ -86,10 +94,11 @@ def run(modules: Mapping[str, float], out: Path, stem: str) -> int:
 
 
 def main(words: Sequence[str]) -> int:
-    """Measures the subjects that words name, or all."""
+    """Measures the subjects that words name, or all but the long ones."""
     os.environ[CACHE_OFF] = "1"  # what is computed is measured, not what an earlier run kept
     modules = {f"tests.benchmarks.{name}": 60.0 * MINUTES[name] for name in chosen(words)}
-    return run(modules, ROOT / "out", "bench-some" if words else "bench")
+    stem = {(): "bench", ("long",): "bench-long"}.get(tuple(words), "bench-some")
+    return run(modules, ROOT / "out", stem)
 
 
 if __name__ == "__main__":
