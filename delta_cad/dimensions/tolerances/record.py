@@ -28,7 +28,7 @@ _DECIMALS = 5
 
 
 def tolerance_record(d: Dimensions) -> dict[str, Any]:
-    """Tells a machine's chains as JSON types: `tolerances.json`."""
+    """Gives a machine's chains as JSON types: `tolerances.json`."""
     general = general_class(d)
     lengths = length_chains(d, general)
     return {
@@ -59,7 +59,7 @@ def _reported(chain: Chain) -> dict[str, Any]:
 
 
 def _link(chain: Chain, link: Link) -> dict[str, Any]:
-    """A link, and how much looser what a shop is asked for could be."""
+    """A link, and how much looser its tolerance, or its fit, could be."""
     reported: dict[str, Any] = {
         "part": link.part,
         "what": link.what,

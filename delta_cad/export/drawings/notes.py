@@ -20,7 +20,7 @@ _CENTRE_MM = 1.0, 2.12  # smallest centre hole of ISO 6411 that is in common use
 _CENTRE_WALL_MM = 0.5  # around its mouth, at least
 _BRIM_SHARE = 0.05  # of the square of its height: what stands on less tips off the bed without a brim
 _SIDES = ("the arm's side", "the motor's side", "the encoder's side", "the outer side", "below")
-"""Names by which texts of a drawing tell a side of a part; see `side_of`."""
+"""Names by which texts of a drawing refer to a side of a part; see `side_of`."""
 _SAME = 0.9  # cosine of an angle between ways that are one
 _CLAUSE = re.compile(r"[;.] (?=\D)")
 _NAME = re.compile(r"[,;:.] ")
