@@ -207,9 +207,15 @@ def location_of(frame: np.ndarray) -> Any:
 
 
 @memoize
+def boundary(solid: Any) -> bytes:
+    """Gives the boundary of a `cadquery.Solid` at the first call: later some of the kernel's algorithms write to it."""
+    return solid.__getstate__()[0].getvalue()
+
+
+@memoize
 def solid_digest(solid: Any) -> str:
     """Computes the digest of a `cadquery.Solid`, by its boundary to the last bit."""
-    return digest(solid.__getstate__()[0].getvalue())
+    return digest(boundary(solid))
 
 
 @memoize

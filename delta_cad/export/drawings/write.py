@@ -6,6 +6,7 @@ import pickle
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,7 @@ from delta_cad.export.drawings.spring_sheet import spring_drawing
 from delta_cad.export.drawings.title import UNDATED, Titles, grams
 from delta_cad.export.drawings.views.choice import ViewError, views_of
 from delta_cad.export.drawings.views.marks import RoomError
-from delta_cad.solids.part import Part, location_of
+from delta_cad.solids.part import Part, boundary, location_of
 
 FOLDER = "drawings"
 LOADS = ("ezdxf", "fontTools.subset")
@@ -151,9 +152,26 @@ def _written(drawing: Drawing, faults: list[str], folder: Path) -> Drawn:
     return _drawn(drawing, faults)
 
 
+class _Pickler(pickle.Pickler):
+    """Pickles solids by their first boundary, so that results do not depend on which checks ran before."""
+
+    def reducer_override(self, one: Any) -> Any:
+        import cadquery as cq  # loads the CAD kernel
+
+        return (_solid_of, (type(one), boundary(one))) if isinstance(one, cq.Shape) else NotImplemented
+
+
+def _solid_of(kind: type[Any], content: bytes) -> Any:
+    solid = object.__new__(kind)
+    solid.__setstate__((BytesIO(content), False))
+    return solid
+
+
 def _handed_over(assembly: Assembly) -> Assembly:
     """The machine as another process gets it: last bits count."""
-    handed: Assembly = pickle.loads(pickle.dumps(assembly))
+    stream = BytesIO()
+    _Pickler(stream).dump(assembly)
+    handed: Assembly = pickle.loads(stream.getvalue())
     return handed
 
 
