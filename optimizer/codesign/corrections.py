@@ -342,10 +342,8 @@ def as_symmetric(rows: np.ndarray, width_mm: float) -> dict[str, tuple[np.ndarra
     }
 
 
-def placed_sides(
-    rows: np.ndarray, width_mm: float, reach: ChainReach | None
-) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Computes what a placed machine takes along y and along x: between level elbows, and its drives.
+def placed_sides(rows: np.ndarray, width_mm: float, reach: ChainReach | None) -> np.ndarray:
+    """Computes the lengths of a placed machine along y and along x: between level elbows, and its drives.
 
     Args:
         rows: (9, ...) in the order of `VARIABLES`, mm.
@@ -353,10 +351,14 @@ def placed_sides(
         reach: Of a chain; None: the ends of its bar.
 
     Returns:
-        Distances along y and along x of an elbow or a drive on one side and one on the other; the largest is the side.
+        (2, n, ...) along y and along x, each from an elbow or a drive on one side to one on the other, mm; the largest
+        is the length of the machine.
     """
     arm, base, (shift, cosine) = rows[0], rows[2], rows[6:8]
     sine = np.sqrt((1.0 - cosine) * (1.0 + cosine))
+    c = np.stack([np.ones_like(cosine), cosine, cosine])[:, None]  # (chains, 1, ...)
+    s = np.stack([np.zeros_like(sine), sine, -sine])[:, None]
+    stand = np.stack([base, base + shift, base + shift])[:, None]
     if reach is None:
         reach = ChainReach(((-width_mm / 2.0, 0.0), (width_mm / 2.0, 0.0)))
 
@@ -364,21 +366,16 @@ def placed_sides(
         return np.reshape(values, (-1, *[1] * np.ndim(arm)))
 
     def ends(out: np.ndarray, along: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, ...]:
-        """How far circles of all chains reach along y, -y, x and -x; (k, ...) each, of k circles."""
-        x, y = [], []
-        for c, s, stand in ((1.0, 0.0, base), (cosine, sine, base + shift), (cosine, -sine, base + shift)):
-            x.append(c * (stand + out) - s * along)
-            y.append(s * (stand + out) + c * along)
-        return tuple(
-            np.max([sign * one + radius for one in way], axis=(0, 1)) for way in (y, x) for sign in (1.0, -1.0)
-        )
+        """How far circles of all chains reach along y, -y, x and -x; (...) each, of (k, ...) circles."""
+        level = stand + out
+        x, y = c * level - s * along, s * level + c * along
+        return tuple(one.max(axis=(0, 1)) for one in (radius + y, radius - y, radius + x, radius - x))
 
     kinds = [ends(arm, *map(column, zip(*reach.elbow_mm, strict=True)))]
     if reach.drive_mm:
         out, along = map(column, zip(*reach.drive_mm, strict=True))
         kinds.append(ends(out, along + reach.farther_mm(base), column([0.0])))
-    along_y, along_x = ([one[k] + other[k + 1] for one in kinds for other in kinds] for k in (0, 2))
-    return along_y, along_x
+    return np.array([[one[k] + other[k + 1] for one in kinds for other in kinds] for k in (0, 2)])
 
 
 def apart_by(pair: Sequence[str], placed: bool = False) -> tuple[str, float]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -88,6 +89,7 @@ _PAYS = 0.01  # share of a score that placed chains have to give: the base plate
 _LITTLE = 0.02  # share by which the cube has to grow with the value, to go on
 _REACH_SHARE = 1.5  # of the side: R + L_A of the first
 _SMALL_MM = 200.0  # R + L_A up to which parts alone, and no torque, may leave no cube at all
+_BASE, _SHIFT = VARIABLES.index("base_radius"), VARIABLES.index("side_shift")
 _LEVERS = 7  # couple indices that are tried behind a panel
 _LEVERED_MM = 5.0  # of a cube behind one, that is looked at
 _FIRST_MASS_KG, _MOST_MASS_KG = 0.4, 50.0
@@ -234,27 +236,24 @@ class PlacedProblem(Problem):
     least_mm: tuple[tuple[str, float], ...] = ()
     reach: ChainReach | None = None
 
+    @cached_property
+    def _outline(self) -> tuple[float, np.ndarray, np.ndarray]:
+        """L_c, then what is allowed along y and x and what the machine takes beyond its chains there, (2, 1, 1), mm."""
+        outline = outline_of(self.requirements)
+        beyond = outline.overhead_mm if self.reach is None else self.reach.beyond_mm
+        allowed, over = (np.reshape(pair, (2, 1, 1)) for pair in ((outline.width_mm, outline.depth_mm), beyond))
+        return outline.parallelogram_width_mm, allowed, over
+
     def _rooms(self, designs: np.ndarray) -> list[np.ndarray]:
         """Room in the outline, of shoulders, of neighbours and their wrists, and of the largest base radius."""
-        rows, outline = completed(designs).T * PER_SI[:, None], outline_of(self.requirements)
-        width = outline.parallelogram_width_mm
-        sides, allowed = placed_sides(rows, width, self.reach), (outline.width_mm, outline.depth_mm)
-        beyond = outline.overhead_mm if self.reach is None else self.reach.beyond_mm
-        ways = [
-            np.array(
-                [
-                    1.0 - (one + over) / most
-                    for side, over, most in zip(sides, beyond, allowed[::step], strict=True)
-                    for one in side
-                ]
-            )
-            for step in (1, -1)
-        ]
+        rows = completed(designs).T * PER_SI[:, None]
+        width, allowed, beyond = self._outline
+        taken = placed_sides(rows, width, self.reach) + beyond
+        ways = [(1.0 - taken / most).reshape(-1, rows.shape[1]) for most in (allowed, allowed[::-1])]
         first, turned = (way.min(axis=0) for way in ways)
         found = as_symmetric(rows, width)
         rooms = [one / least - 1.0 for name, least in self.least_mm for one in found[name]]
-        base, shift = VARIABLES.index("base_radius"), VARIABLES.index("side_shift")
-        rooms.append(1.0 - (rows[base] + rows[shift]) / self.upper[base])
+        rooms.append(1.0 - (rows[_BASE] + rows[_SHIFT]) / self.upper[_BASE])
         return [*np.where(turned > first, ways[1], ways[0]), *rooms]
 
     def design_margins(self, designs: np.ndarray) -> dict[str, np.ndarray]:
