@@ -16,6 +16,7 @@ from delta_cad.common.console import Request
 from delta_cad.design import NAME_LONGEST, Design, DesignError, design_hash, load_design
 from optimizer.codesign import bound, candidate, relaxation, report
 from optimizer.codesign.bound import Bound, Family
+from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.corrections import Corrections
 from optimizer.codesign.hardware import direct_alternative
 from optimizer.codesign.search import Search
@@ -27,6 +28,7 @@ from optimizer.search.clock import OutOfTimeError
 _UNHURRIED = 0.5  # share of the time in which ratio and width are improved before any machine stands
 GRACE_S = 20.0  # beyond the time, in which a build that was begun may come to its bound
 _BOUND_S, _BOUND_MOST_S = 80.0, 300.0  # for a machine's bound, and where it is not close by then
+_OTHERS_SHARE = 0.05  # of the time: for the bound of symmetric machines beside one with placed chains
 _STATED = 0.5  # share by which a bound may exceed its machine, and still be stated
 HURRIED = "half of the time had gone without a machine: ratio, pinion and width were not improved to the end"
 NO_DIRECT_DRIVE = "half of the time had gone: no direct drive was tried in place of the capstan, --minutes gives more"
@@ -116,15 +118,19 @@ class Builder:
 
         return self._run.memoize("moving", of, compute, list[CheckResult])
 
-    def _bound(self, family: Family, side_mm: float) -> Bound | None:
-        """What none of the family exceeds, as far as there is time for it; None where that says nothing."""
-        run, at = self._run, self._run.clock()
+    def _bound(self, machine: Candidate, known: Corrections) -> Bound | None:
+        """What no machine of the family exceeds, as far as there is time for it; None where that says nothing."""
+        run, at, choice = self._run, self._run.clock(), machine.choice
+        kept = self.search.corrections | {(choice.motor, choice.drive): with_least_radius(machine, known)}
+        # a placed machine belongs to no symmetric family: the proof need not go below its cube
+        side_mm = machine.side_mm / (1.0 + bound.GAP if choice.placed else 1.0)
+        most_s = _OTHERS_SHARE * run.limit_s if choice.placed else _BOUND_MOST_S
         try:
             with Request() as required:
                 found = bound.bounded(
-                    family,
+                    Family(self._brief, machine, kept),
                     side_mm,
-                    lambda: required() or run.over(run.closing_s) or run.clock() > at + _BOUND_MOST_S,
+                    lambda: required() or run.over(run.closing_s) or run.clock() > at + most_s,
                     run.show,
                     lambda: run.clock() > at + _BOUND_S,
                 )
@@ -132,7 +138,9 @@ class Builder:
         except KeyboardInterrupt:
             self._stopped = True
             return None
-        return found if found.gap <= _STATED else None
+        if found.gap > _STATED:
+            return None
+        return replace(found, placed_mm=machine.side_mm) if choice.placed else found
 
     def _built(self, design: Design) -> Outcome:
         """Builds a machine, or reuses that of an earlier run if it has no remark."""
@@ -185,15 +193,9 @@ class Builder:
         certificate = report.certificate_of(stated, folder / "mass_properties.json")
         proved = None
         if brief.objective == "cube_side" and self._bounding:
-            kept = with_least_radius(built_candidate, known)
-            family = Family(brief, built_candidate, search.corrections | {key: kept})
-            placed = built_candidate.choice.placed
-            # the machine belongs to no symmetric family: the proof need not go below its cube
-            proved = self._bound(family, built_candidate.side_mm / (1.0 + bound.GAP if placed else 1.0))
+            proved = self._bound(built_candidate, known)
             if proved is None:
                 built.remarks.append(NO_BOUND)
-            elif placed:
-                proved = replace(proved, placed_mm=built_candidate.side_mm)
         run.show("a direct drive")
         left_out = stated.hardware.drive != "direct" and self._hurried()
         alternative = NO_DIRECT_DRIVE if left_out else direct_alternative(brief, stated)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from threading import current_thread
 from typing import ClassVar, cast
 
@@ -14,11 +15,14 @@ import pytest
 
 from delta_cad.design import Design
 from delta_cad.mechanism.limits import Outline
-from optimizer.codesign.bound import GAP, Bound, Family, Interval, bounded
+from optimizer.codesign import bound
+from optimizer.codesign.bound import GAP, Bound, Family, Interval, Kind, bounded
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.corrections import Corrections, reference
 from optimizer.codesign.hardware import Selection, motor_of
 from optimizer.codesign.lengths import best_lengths, continuous_torque_N_m, to_requirements
+from optimizer.codesign.run import Builder, Run
+from optimizer.codesign.search_log import unmemoized
 from optimizer.problem.brief import brief_from_dict
 from optimizer.problem.evaluator import half_surface
 from optimizer.problem.step import SIDE, step_problem
@@ -221,3 +225,28 @@ def test_what_lies_between_a_machine_and_its_bound_is_reported_in_parts() -> Non
     assert 0.0 < kept < 0.003 * one.side_mm
     assert 0.0 < parts < 0.02 * one.side_mm  # the mass felt binds here, and of rods only the ends count
     assert rest > 0.0
+
+
+@pytest.mark.parametrize(("placed", "most_s"), [(False, 300.0), (True, 30.0)])
+def test_beside_a_placed_machine_the_bound_of_symmetric_ones_takes_a_share_of_the_time(
+    placed: bool, most_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = [0.0]
+
+    def as_long_as_it_may(
+        _family: Family, side_mm: float, stop: Callable[[], bool], *_: Callable[..., object]
+    ) -> Bound:
+        while not stop():
+            now[0] += 1.0
+        return Bound(1.1 * side_mm, 0.1, 1, cast(Kind, None), ())
+
+    monkeypatch.setattr(bound, "bounded", as_long_as_it_may)
+    monkeypatch.setattr("optimizer.codesign.run.with_least_radius", lambda _, known: known)  # which takes a design
+    one = machine(5.0)
+    one = replace(one, choice=one.choice.with_(placed=placed))
+    run = Run(Path(), 0, "", 600.0, lambda: now[0], unmemoized, lambda _: None, lambda _: None)
+    found = Builder(run, BRIEF)._bound(one, KNOWN)
+    assert now[0] == pytest.approx(most_s + 1.0)
+    assert found is not None
+    assert (found.placed_mm is None) is not placed
+    assert found.side_mm == pytest.approx(1.1 * one.side_mm / (1.0 + GAP if placed else 1.0))
