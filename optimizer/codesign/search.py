@@ -257,7 +257,7 @@ class Search:
                 corrections = heavier
                 continue
             near = corrections.mass_estimate.is_of(lengths[0], lengths[1], choice.ratio)
-            self.begin(f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1: its masses")
+            self.begin(f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1: weighing")
             try:
                 weighed, results, friction = self._weighed(design)
             except (BuildError, DimensionError) as error:  # what the kernel, or a stock length, does not give
@@ -294,7 +294,7 @@ class Search:
         return self.memoize(
             "weighed",
             design_hash(design),
-            lambda: (*weigh(design, self.begin), ball_joint_friction(design)),
+            lambda: (*weigh(design, lambda step: self.begin(f"weighing: {step}")), ball_joint_friction(design)),
             SolidResults,
         )
 
@@ -460,10 +460,8 @@ class Search:
             found = found if climbed is found else self._weighed_again(found, climbed)
         placed, self.corrections = self.corrections, dict(known)
         even = self.fixed_point(symmetric.choice, symmetric.lengths_mm) or symmetric  # weighed, if its weights pass
-        words = "no lengths" if found is None else self._words(found.score)
-        self.log.placed.append(
-            f"{' '.join(key)}: {words} with placed chains, {self._words(even.score)} with symmetric ones"
-        )
+        words = f"{self._words(found.score) if found else 'no lengths'} with placed chains"
+        self.log.placed.append(f"{' '.join(key)}: {words}, {self._words(even.score)} with symmetric ones")
         self.tell(self.log.placed[-1])
         if found is None or is_symmetric(found.lengths_mm) or found.score <= worth_placing(self.brief, even):
             self.corrections, (self.log.no_progress, self.log.inconclusive) = known, given_up
@@ -517,7 +515,8 @@ class Search:
         beats = as_good(self.brief, peak) if tied_by_mass(self.brief) else best.score
         beats = None if self.brief.objective == "cost" else beats  # a price is none of lengths
         found = self.fixed_point(one, best.lengths_mm, raised, weighing=False, beats=beats)
-        self.begin(f"{one.ratio:g}:1, {one.width_mm:g} mm wide: {self._words(found.score) if found else 'none'}")
+        left = self._words(found.score) if found else "no better"
+        self.begin(f"{one.ratio:g}:1, rods {one.width_mm:g} mm apart: {left}")
         return found
 
     def _fixed_point_near(self, choice: Selection, weighing: bool, start: Lengths | None = None) -> Candidate | None:
