@@ -303,12 +303,12 @@ def moving_page(
     )
 
 
-def environment() -> Environment:
-    """Makes the environment of the templates: what they are given is escaped, and what they miss is an error."""
+def environment(*folders: Path) -> Environment:
+    """Makes the environment of the templates in folders and here: values are escaped, a missing one is an error."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
-    return Environment(loader=FileSystemLoader(ASSETS), autoescape=True, **tidy)
+    return Environment(loader=FileSystemLoader([*folders, ASSETS]), autoescape=True, **tidy)
 
 
 def script_text(path: Path) -> str:

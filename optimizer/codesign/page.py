@@ -7,22 +7,23 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from delta_cad.report.page import ASSETS, page_policy
+from delta_cad.report.page import ASSETS, environment, page_policy
 
 TICKS = 8  # at most
 _ALIKE = 1e-6  # values that differ by less, as a share of them, are one
 _ROOM = 0.05  # share of the range that is left free at both ends
 
 
-def rendered(template: str, own_style: str, **given: Any) -> str:
-    """Fills one of the templates in `pages/` in; the style is that of report.html and what the page adds."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+def rendered(template: str, own_style: str, title: str, **given: Any) -> str:
+    """Fills in one of the templates in `pages/`, which extend `frame.html`.
+
+    The style is that of report.html and what the page adds.
+    """
     from markupsafe import Markup
 
     style = (ASSETS / "page.css").read_text(encoding="utf-8") + own_style
-    tidy = {"trim_blocks": True, "lstrip_blocks": True, "undefined": StrictUndefined}
-    environment = Environment(loader=FileSystemLoader(Path(__file__).parent / "pages"), autoescape=True, **tidy)
-    return environment.get_template(template).render(**given, policy=page_policy((), style), style=Markup(style))
+    page = environment(Path(__file__).parent / "pages").get_template(template)
+    return page.render(**given, title=title, policy=page_policy((), style), style=Markup(style))
 
 
 class Scale:

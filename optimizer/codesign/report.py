@@ -455,6 +455,7 @@ class DesignReport:
         return rendered(
             "design.html",
             _STYLE,
+            f"{self.facts['name']}: how it was found",
             run=self,
             cards=self._cards(),
             plot=_plot(self.log.trials, self.facts["bound_mm"], self.unit),

@@ -394,6 +394,7 @@ def machines_page(points: Sequence[MachinePoint], name: str, folder: str, built:
     return rendered(
         "machines.html",
         _STYLE,
+        f"{name}: the front of machines",
         name=name,
         count=(len(points), sum(point.on_front for point in points), len(built)),
         plots=[_plot(axis, points, built) for axis in AXES if axis.label],
