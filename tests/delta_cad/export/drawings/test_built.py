@@ -1,4 +1,7 @@
-"""The drawings of the one real build, read by readers that are not their writers."""
+"""The drawings of the one real build, read by readers that are not their writers.
+
+80 s of processor: the build itself, and its drawings a second time by another process.
+"""
 
 from __future__ import annotations
 
