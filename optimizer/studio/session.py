@@ -28,7 +28,7 @@ from optimizer.studio.document import Document
 from optimizer.studio.model import Solver
 from optimizer.studio.setting import Setting, Solved, Task
 
-REST_S = 0.12  # without a newer setting, after which one is settled
+REST_S = 0.25  # without a newer setting, after which one is settled
 _WIDTHS_MM = (30.0, 64.0)  # of a parallelogram
 
 T = TypeVar("T")

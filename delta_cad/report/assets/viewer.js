@@ -15,6 +15,9 @@ class Viewer extends Picture {
     this.plane = new THREE.Plane(new THREE.Vector3(0, 0, -1), 0);
     this.cutting = ["", 0]; // axis and share, as `cut` takes them
     this.caps = new THREE.Group();
+    this.counters = counters(this.plane); // materials of the caps, made once: one made anew compiles its shader anew
+    this.coats = new Map(); // number of a part -> material of its cap
+    this.square = new THREE.PlaneGeometry(1, 1);
     this.shown = { cube: true, outline: true };
     this.renderer.localClippingEnabled = true;
     this.controls.addEventListener("change", () => this.clip());
@@ -112,7 +115,6 @@ class Viewer extends Picture {
         material.needsUpdate = true;
       }
     }
-    for (const one of this.caps.children) one.material.dispose();
     this.caps.clear();
     this.draw();
     if (!axis) return undefined;
@@ -132,27 +134,15 @@ class Viewer extends Picture {
   cap({ node, surfaces }, n, k, at) {
     const box = new THREE.Box3().setFromObject(node);
     if (at <= box.min.getComponent(k) || at >= box.max.getComponent(k)) return;
-    const counted = { colorWrite: false, depthWrite: false, depthTest: false, stencilWrite: true };
-    const ways = [[THREE.BackSide, THREE.IncrementWrapStencilOp], [THREE.FrontSide, THREE.DecrementWrapStencilOp]];
-    ways.forEach(([side, op], turn) => {
-      const ops = { stencilFunc: THREE.AlwaysStencilFunc, stencilFail: op, stencilZFail: op, stencilZPass: op };
-      const material = new THREE.MeshBasicMaterial({ ...counted, ...ops, side, clippingPlanes: [this.plane] });
+    this.counters.forEach((material, turn) => {
       const count = new THREE.Mesh(node.geometry, material);
       count.matrixAutoUpdate = false;
       count.matrix.copy(node.matrix);
       count.renderOrder = 10 + 3 * n + turn;
       this.caps.add(count);
     });
-    const shade = 0.35 + 0.3 * ((n * 0.618) % 1); // neighbours of one material are told apart
-    const colour = surfaces.outer.color.clone().lerp(new THREE.Color(0xe0812a), shade);
-    const replace = THREE.ReplaceStencilOp;
-    const face = new THREE.Mesh(
-      new THREE.PlaneGeometry(1, 1),
-      new THREE.MeshBasicMaterial({
-        color: colour, side: THREE.DoubleSide, toneMapped: false, stencilWrite: true, stencilRef: 0,
-        stencilFunc: THREE.NotEqualStencilFunc, stencilFail: replace, stencilZFail: replace, stencilZPass: replace,
-      }),
-    );
+    if (!this.coats.has(n)) this.coats.set(n, coat(surfaces.outer.color, n));
+    const face = new THREE.Mesh(this.square, this.coats.get(n));
     const size = box.getSize(new THREE.Vector3());
     box.getCenter(face.position).setComponent(k, at);
     if (k === 0) face.rotation.set(0, Math.PI / 2, 0);
@@ -270,6 +260,26 @@ class Viewer extends Picture {
     const found = this.ray(x, y).intersectObjects(this.parts.map((one) => one.node), false).find(visible);
     return found ? { part: this.parts.find((one) => one.node === found.object), point: found.point } : null;
   }
+}
+
+// What counts the surfaces behind a section: backs up, fronts down.
+function counters(plane) {
+  const counted = { colorWrite: false, depthWrite: false, depthTest: false, stencilWrite: true };
+  const ways = [[THREE.BackSide, THREE.IncrementWrapStencilOp], [THREE.FrontSide, THREE.DecrementWrapStencilOp]];
+  return ways.map(([side, op]) => {
+    const ops = { stencilFunc: THREE.AlwaysStencilFunc, stencilFail: op, stencilZFail: op, stencilZPass: op };
+    return new THREE.MeshBasicMaterial({ ...counted, ...ops, side, clippingPlanes: [plane] });
+  });
+}
+
+function coat(colour, n) {
+  const shade = 0.35 + 0.3 * ((n * 0.618) % 1); // neighbours of one material are told apart
+  const replace = THREE.ReplaceStencilOp;
+  return new THREE.MeshBasicMaterial({
+    color: colour.clone().lerp(new THREE.Color(0xe0812a), shade), side: THREE.DoubleSide, toneMapped: false,
+    stencilWrite: true, stencilRef: 0, stencilFunc: THREE.NotEqualStencilFunc,
+    stencilFail: replace, stencilZFail: replace, stencilZPass: replace,
+  });
 }
 
 function cornersOf(box) {

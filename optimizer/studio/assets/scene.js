@@ -7,8 +7,8 @@ class Scene extends Picture {
     this.controls.enablePan = false;
     this.body = new THREE.Group();
     this.solids = new THREE.Group();
-    this.cube = new THREE.Group();
-    this.outline = new THREE.Group();
+    this.cube = cubeOfOne();
+    this.outline = rectangle();
     this.scene.add(this.body, this.solids, this.cube, this.outline);
     this.links = new Map(); // link -> group of the present body
     this.parts = []; // of the solids, as `partsOf` gives them
@@ -60,25 +60,18 @@ class Scene extends Picture {
     const { bottom_mm: bottom, half_mm: half, centre_x_mm: x } = answer.geometry.cube;
     this.middle = [x, 0, bottom + half];
     this.half = half;
-    clear(this.cube);
-    const side = 2 * half;
-    const box = new THREE.BoxGeometry(side, side, side);
-    const edges = new THREE.LineSegments(new THREE.EdgesGeometry(box), new THREE.LineBasicMaterial({ color: 0x1f5fbf }));
-    const faces = new THREE.Mesh(box, new THREE.MeshBasicMaterial({ color: 0x4c8df0, transparent: true, opacity: 0.1, depthWrite: false }));
-    edges.position.set(...this.middle);
-    faces.position.set(...this.middle);
-    this.cube.add(edges, faces);
+    this.cube.position.set(...this.middle);
+    this.cube.scale.setScalar(2 * half);
     this.floor = Math.min(...answer.body.filter((one) => one.link === "base" && one.axis === "z").map((one) => one.ends[0]));
-    clear(this.outline);
     // of a rectangle the long side lies along y, about the middle of what the elbows reach along x
     const [deep, wide] = [...answer.outline_mm].sort((a, b) => a - b).map((one) => one / 2);
     const { radial, outs_mm: outs, base_radius_mm: base, upper_arm_mm: arm } = answer.geometry;
     const reach = radial.map((u, k) => u[0] * (base + outs[k] + arm));
     const at = (Math.max(...reach) + Math.min(...reach)) / 2;
     const corners = [[at - deep, -wide], [at + deep, -wide], [at + deep, wide], [at - deep, wide]];
-    const line = new THREE.BufferGeometry();
-    line.setAttribute("position", new THREE.Float32BufferAttribute(corners.flatMap((xy) => [...xy, this.floor]), 3));
-    this.outline.add(new THREE.LineLoop(line, new THREE.LineBasicMaterial({ color: 0xc0392b })));
+    const places = this.outline.geometry.getAttribute("position");
+    places.array.set(corners.flatMap((xy) => [...xy, this.floor]));
+    places.needsUpdate = true;
     this.place();
     this.frame(Math.hypot(2 * wide, 2 * deep, bottom + 2 * half - this.floor));
   }
@@ -164,6 +157,22 @@ class Scene extends Picture {
     else this.turn = 0;
     this.place();
   }
+}
+
+// What every answer moves is made once: a material that is made anew compiles its shader anew, for tenths of a second.
+function cubeOfOne() {
+  const box = new THREE.BoxGeometry(1, 1, 1);
+  const faces = new THREE.MeshBasicMaterial({ color: 0x4c8df0, transparent: true, opacity: 0.1, depthWrite: false });
+  const edges = new THREE.LineSegments(new THREE.EdgesGeometry(box), new THREE.LineBasicMaterial({ color: 0x1f5fbf }));
+  return new THREE.Group().add(edges, new THREE.Mesh(box, faces));
+}
+
+function rectangle() {
+  const places = new THREE.BufferGeometry();
+  places.setAttribute("position", new THREE.Float32BufferAttribute(new Float32Array(12), 3));
+  const line = new THREE.LineLoop(places, new THREE.LineBasicMaterial({ color: 0xc0392b }));
+  line.frustumCulled = false;
+  return line;
 }
 
 function clear(group) {

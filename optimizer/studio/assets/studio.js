@@ -32,19 +32,23 @@
     return value.toFixed(decimals);
   }
 
-  // Sending: of settings that come faster than a frame only the newest is sent.
+  // Of settings that come faster than they are answered, some 15 a second, only the newest is sent.
+  const SEND_MS = 60;
   let waiting = null;
+  let later = 0; // timer of what waits
 
   function set(message) {
     waiting = waiting
       ? { values: { ...waiting.values, ...message.values }, hardware: { ...waiting.hardware, ...message.hardware }, rest: message.rest }
       : { values: {}, hardware: {}, ...message };
     if (message.rest) flush();
-    else requestAnimationFrame(flush);
+    else if (!later) later = setTimeout(flush, SEND_MS);
     verdict();
   }
 
   function flush() {
+    clearTimeout(later);
+    later = 0;
     if (!waiting || socket?.readyState !== WebSocket.OPEN) return;
     seq += 1;
     sent.set(seq, performance.now());

@@ -35,6 +35,16 @@ MOVES = """async (to) => {
 }"""
 
 
+LINKED = """
+  window.linked = 0;
+  const link = WebGL2RenderingContext.prototype.linkProgram;
+  WebGL2RenderingContext.prototype.linkProgram = function (...given) {
+    window.linked += 1;
+    return link.apply(this, given);
+  };
+"""
+
+
 @pytest.fixture(scope="module")
 def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path, Callable[[dict[str, Any]], None]]]:
     folder = tmp_path_factory.mktemp("studio")
@@ -69,6 +79,7 @@ def live(browser: Any, studio: tuple[str, Path, Any]) -> Iterator[tuple[Any, lis
     page.on("console", lambda message: said.append(message.text))
     page.on("pageerror", lambda error: said.append(str(error)))
     page.on("request", lambda request: None if request.url.startswith((url, "data:")) else said.append(request.url))
+    page.add_init_script(LINKED)
     page.goto(url)
     until(lambda: page.evaluate("document.body.dataset.state === 'proved'"))
     yield page, said
@@ -101,6 +112,22 @@ def test_the_machine_is_drawn_at_once(live: tuple[Any, list[str]]) -> None:
     shown = np.asarray(Image.open(BytesIO(page.locator("#view").screenshot())).convert("RGB"), dtype=float)
     orange = (shown[..., 0] > 170) & (shown[..., 1] < 160) & (shown[..., 2] < 100)
     assert orange.mean() > 0.003  # the upper arms
+    assert said == []
+
+
+def test_no_answer_compiles_a_shader(live: tuple[Any, list[str]]) -> None:
+    page, said = live
+
+    def linked_after_a_move(to_mm: float) -> int:
+        drawn = page.evaluate("Number(document.getElementById('view').dataset.drawn)")
+        page.evaluate(MOVES, to_mm)
+        until(lambda: page.evaluate("Number(document.getElementById('view').dataset.drawn)") >= drawn + 2)
+        return page.evaluate("window.linked")
+
+    first = linked_after_a_move(262)  # all that an answer draws was drawn
+    assert first > 0
+    assert linked_after_a_move(256) == first
+    page.click("#reset")
     assert said == []
 
 
