@@ -190,13 +190,14 @@ def platform_dimensions(
         "wrist boss",
         f"{thickness_mm:g} mm are too thin around the cross-bar; at least {least:g}",
         larger(PLATFORM_THICKNESS),
+        larger(PLATFORM_THICKNESS, PLATFORM),
     )
     stem = stem_mm(stem_grown)
     hub = stem / 2 + _STEM_WALL_MM
     require(
         radius_mm >= hub + thickness_mm / 2 + 2.0,
         "platform",
-        "wrist boss",
+        "hub",
         f"on a radius of {radius_mm:g} mm it meets the hub; at least {hub + thickness_mm / 2 + 2.0:g} mm",
         larger(PLATFORM),
     )
