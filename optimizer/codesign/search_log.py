@@ -164,12 +164,12 @@ End = Literal["done", "time", "stopped"]
 def verdict(log: SearchLog, end: End, stands: bool) -> tuple[Verdict, str]:
     """Decides how a search ended.
 
-    That no machine exists follows from closed forms, or from a search that went through all hardware to its end and
-    was refused all of it; neither from time that was over, nor from candidates that the search did not know how to
-    mend.
+    That no machine exists is proved by closed forms alone. A search that went through all hardware to its end and was
+    refused all of it has the same verdict, and says that it is no proof: its lengths are local optima. Time that was
+    over, or candidates that the search did not know how to mend, leave it open.
 
     Returns:
-        The verdict, and what shows it, or what was left open; "" where a machine stands.
+        The verdict, and what it rests on, or what was left open; "" where a machine stands.
     """
     left = f"not looked at to the end: {', '.join(log.left)}" if log.left else ""
     if end == "stopped":
@@ -184,7 +184,7 @@ def verdict(log: SearchLog, end: End, stands: bool) -> tuple[Verdict, str]:
         return Verdict.NOT_FOUND, f"the search knew no further candidate of {', '.join(sorted(log.inconclusive))}"
     return (
         Verdict.INFEASIBLE,
-        f"the exhausted search shows it: all {len(log.no_progress)} motors and drives were refused",
+        f"the search was refused all {len(log.no_progress)} motors and drives; no proof excludes other lengths",
     )
 
 

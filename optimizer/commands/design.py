@@ -129,7 +129,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
                 builder.search.best()
                 if not builder.facts:  # the verdict is known now; the nearest machine takes longer
                     ends = _judged(given, builder.search.log, end, {})
-                    known = "not possible as stated" if ends is Verdict.INFEASIBLE else "no machine found"
+                    known = "not possible as stated" if builder.search.log.impossible else "no machine found"
                     _say(given, f"{known}; looking for limits whose change makes one possible")
                     nearest_machine(run, builder.search, lambda text: _say(given, text), eased, near)
                     if not near and clock() <= limit_s:

@@ -1,4 +1,4 @@
-"""The verdict on a search, and its time: no machine exists only where closed forms or the exhausted search show it."""
+"""The verdict on a search, and its time: a search that was refused all hardware says that it is no proof."""
 
 from __future__ import annotations
 
@@ -52,6 +52,7 @@ def test_a_search_is_infeasible_only_where_that_is_shown(end: End, stands: bool)
             shown = bool(impossible) or first == second == "refused"
             assert ends is (Verdict.INFEASIBLE if shown else Verdict.NOT_FOUND)
             assert why
+            assert ("no proof" in why) is (shown and not impossible)
             assert all(name in why for name in log.left if not shown)
 
 
