@@ -98,12 +98,22 @@ class Start:
     corrections: Corrections
 
 
-def first_corrections(brief: DesignBrief, choice: Selection, first: MassEstimate) -> Corrections:
-    """Gives what is known of a choice to begin with: the masses of another machine, with the rotor of its own motor."""
+def first_corrections(
+    brief: DesignBrief, choice: Selection, first: MassEstimate, weightless: bool = False
+) -> Corrections:
+    """Gives what is known of a choice to begin with: the rotor of its own motor, and the masses of another machine.
+
+    Args:
+        brief: The requirements.
+        choice: The hardware.
+        first: Masses of the other machine.
+        weightless: Whether parts weigh and rub nothing instead.
+    """
     row = motor_of(brief, choice.motor)
     masses = replace(first.masses, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2)
     margin = max(TORQUE_MARGIN_N_M, TORQUE_MARGIN * choice.torque_N_m(row))
-    return Corrections(replace(first, masses=masses, ratio=choice.ratio), torque_margin_N_m=margin)
+    found = Corrections(replace(first, masses=masses, ratio=choice.ratio), torque_margin_N_m=margin)
+    return found.weightless() if weightless else found
 
 
 def design_for(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from math import inf
 from typing import Any, NamedTuple
 
@@ -69,7 +69,10 @@ class MassEstimate:
 
 
 def reference() -> MassEstimate:
-    """Gives initial masses, of a machine of 86 mm and 3 N, rounded: no reported result depends on them."""
+    """Gives initial masses, of a machine of 86 mm and 3 N, rounded.
+
+    No reported result depends on them: where they leave no machine, the search begins anew with `weightless`.
+    """
     masses = Masses(
         platform=0.065,
         arm_along=0.0022,
@@ -138,6 +141,10 @@ RaisedLimits = tuple[float, float, float]
 """Couple index, the same for each mm of a lever, angle at the elbow, deg."""
 
 
+_WEIGHED = "weighed"  # the reason that tells it
+_NEXT_TO_NOTHING = 1e-6  # share of masses: an inertia is not 0
+
+
 @dataclass(frozen=True)
 class Corrections:
     """Bounds for the lengths of the next candidate.
@@ -186,6 +193,26 @@ class Corrections:
     ball_friction_N: tuple[float, float] = (0.12, 0.18)
     torque_margin_N_m: float = TORQUE_MARGIN_N_M
     why: tuple[str, ...] = ()
+
+    def weightless(self) -> Corrections:
+        """The same of parts that weigh nothing, rub nothing and take no outline: what fails then fails with any."""
+        m = self.mass_estimate.masses
+        least = {f.name: _NEXT_TO_NOTHING * getattr(m, f.name) for f in fields(m) if f.name != "rotor_inertia"}
+        estimate = replace(self.mass_estimate, masses=replace(m, **least), gravity_torque_N_m=0.0)
+        return replace(self, mass_estimate=estimate, overhead_mm=(0.0, 0.0), ball_friction_N=(0.0, 0.0))
+
+    def weighed(self, estimate: MassEstimate, ball_friction_N: tuple[float, float]) -> Corrections:
+        """The same after a machine was weighed.
+
+        Longer rods make ball joints rub less at the handle, and weigh more: from the third machine on the mean of its
+        figures and of the last estimate counts, or short and long rods would take turns.
+        """
+        if self.why.count(_WEIGHED) > 1:
+            a, b = zip(self.ball_friction_N, ball_friction_N, strict=True)
+            ball_friction_N = sum(a) / 2.0, sum(b) / 2.0
+            mean = (self.mass_estimate.gravity_torque_N_m + estimate.gravity_torque_N_m) / 2.0
+            estimate = replace(estimate, gravity_torque_N_m=mean)
+        return self.updated(_WEIGHED, mass_estimate=estimate, ball_friction_N=ball_friction_N)
 
     def least(self, length: str) -> float:
         """The least of a length, mm; 0 where nothing is known."""

@@ -14,7 +14,7 @@ from delta_cad.commands import pipeline
 from delta_cad.commands.pipeline import Moved, Outcome
 from delta_cad.common.console import Request
 from delta_cad.design import NAME_LONGEST, Design, DesignError, design_hash, load_design
-from optimizer.codesign import bound, candidate, relaxation, report
+from optimizer.codesign import bound, candidate, relaxation, report, search_log
 from optimizer.codesign.bound import Bound, Family
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.corrections import Corrections
@@ -238,10 +238,8 @@ def nearest_machine(
             builder = Builder(run, one.further(factor).model_copy(update={"name": name}), bounding=False)
             choice, known = one.start.choice, replace(one.start.corrections, why=())
             near, builder.facts = builder.search, facts
-            near.finely, near.corrections = (
-                False,
-                corrections.setdefault(one.fields, {(choice.motor, choice.drive): known}),
-            )
+            near.finely, near.phase = False, search_log.NEAREST
+            near.corrections = corrections.setdefault(one.fields, {(choice.motor, choice.drive): known})
             near.built(choice, -math.inf, one.start.lengths_mm)
             if facts:
                 say(f"the nearest machine stands in {facts['folder']}")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from itertools import product
+from math import log
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import numpy as np
@@ -81,7 +83,7 @@ _REFINED = 2  # times at most that hardware is refined with the masses of its so
 _WORSE = 0.01  # share of a score that solids took, beyond which hardware is refined again
 RANKED, MOTORS = 6, 3  # motors whose parts are looked at, and that are refined and built, the likeliest first
 _SWEEPS = 10  # machines of one choice that are made
-_TRIES = 16  # closed forms and weights of one choice, until they agree
+_TRIES = 24  # closed forms and weights of one choice, until they agree
 _NO_LENGTHS = "no lengths meet the limits with its torque, masses and rods' springs"
 LEAST_SIDE_MM = 10.0  # of a cube, where none is asked
 _ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other lengths
@@ -109,8 +111,7 @@ class Search:
         seed: Of everything random.
         stop: True ends the search: no step begins any more.
         hurried: True skips refinement and builds the current candidate: nothing passed yet, half of the time is over.
-        report: Told what is being done.
-        tell: Told what was found.
+        report, tell: Take what is being done, and what was found.
         built_candidate: The candidate that the last `build` is of.
         memoize: Keeps what lengths and weights came to, as `Journal.memoize` does.
         dearer: Price of the machine that passed last over its estimate, where prices are compared.
@@ -118,6 +119,7 @@ class Search:
         ready: A candidate that closed forms and its weights pass, which is built where the time is short.
         symmetric: Hardware with placed chains -> the three-fold symmetric candidate before, and what was known of it.
         phase: Where the search is.
+        weightless: Whether it begins anew with parts that weigh and rub nothing, as nothing else was found.
     """
 
     brief: DesignBrief
@@ -138,14 +140,10 @@ class Search:
     ready: Candidate | None = None
     symmetric: dict[tuple[str, str], tuple[Candidate, Corrections]] = field(default_factory=dict)
     phase: Phase = search_log.ESTIMATES
+    weightless: bool = False
 
     def begin(self, step: str) -> None:
-        """Reports a step, or ends what goes on where there is no time for it.
-
-        Raises:
-            OutOfTimeError: The time is over.
-            HalfTimeError: Half of it is over, and of the candidates that could be built none is.
-        """
+        """Reports a step; raises OutOfTimeError or HalfTimeError where there is no time for it."""
         self._require_time()
         self.report(self.phase.step(step, self.log, self.brief.objective, self.ready and self.ready.score))
 
@@ -211,7 +209,7 @@ class Search:
     ) -> Candidate | None:
         """As `fixed_point`; raises where there is no candidate, and says why."""
         key = choice.motor, choice.drive
-        built = self.corrections.get(key) or first_corrections(self.brief, choice, self.first)
+        built = self.corrections.get(key) or self._first_corrections(choice)
         corrections = built.with_raised_limits(raised)
         geared = choice.drive == "capstan" and "capstan_ratio" not in self.brief.hardware
         roomy = False  # whether an outline was found to have room
@@ -263,7 +261,7 @@ class Search:
             except (BuildError, DimensionError) as error:  # what the kernel, or a stock length, does not give
                 corrections = from_kernel(corrections, lengths, error)
                 continue
-            corrections = corrections.updated("weighed", mass_estimate=weighed, ball_friction_N=friction)
+            corrections = corrections.weighed(weighed, friction)
             candidate = replace(candidate, corrections=corrections, weighed=True)
             when = "" if self.brief.requirements.peak_force_N is None else ", peak"
             if geared and (pull := next((r for r in results if r.name == f"structure {PULLED}{when}"), None)):
@@ -290,7 +288,7 @@ class Search:
         raise InconclusiveError("closed forms and weights did not come to agree")
 
     def _weighed(self, design: Design) -> SolidResults:
-        """Computes masses and ball joint friction of a design; raises as `weigh`."""
+        """Masses and ball joint friction of a design; raises as `weigh`."""
         return self.memoize(
             "weighed",
             design_hash(design),
@@ -301,12 +299,20 @@ class Search:
     def best(self) -> tuple[Candidate, Outcome] | None:
         """Searches until no hardware is left that promises more than the best machine that passed every check.
 
-        Returns:
-            The machine with the largest cube that was built and passed; None where none did.
-
-        Raises:
-            OutOfTimeError: The time was over; what was built was handed to `build`.
+        Hardware without lengths is searched anew with weightless parts: another machine's masses refuse none. Raises
+        OutOfTimeError where the time is over; what was built was handed to `build`.
         """
+        if (found := self._best()) is None and not self.log.impossible and self._offered(anew=True):
+            self.corrections, self.weightless = {}, True
+            found = self._best()
+            self.weightless = False
+        return found
+
+    def _offered(self, anew: bool) -> list[tuple[str, str]]:
+        """Motors and drives that may be used; anew: those of them that have no lengths."""
+        return [one for one in drives(self.brief) if not anew or self.log.no_progress.get(" ".join(one)) == _NO_LENGTHS]
+
+    def _best(self) -> tuple[Candidate, Outcome] | None:
         best: tuple[Candidate, Outcome] | None = None
         for number, (score, choice) in enumerate(self.ranked()):
             promised = self.dearer * (score + HOPE * abs(score))
@@ -355,8 +361,9 @@ class Search:
 
     def ranked(self) -> Iterator[tuple[float, Selection]]:
         """The hardware worth building: of the best estimates what their parts leave, the best first, then the rest."""
-        self.log.left = [f"{motor} {drive}" for motor, drive in drives(self.brief)]
-        self.log.impossible = list(impossible(self.brief)) or [*filter(None, [excluded(self.brief, self.stop)])]
+        self.log.left = [" ".join(one) for one in self._offered(self.weightless)]
+        if not self.weightless:
+            self.log.impossible = list(impossible(self.brief)) or [*filter(None, [excluded(self.brief, self.stop)])]
         if self.log.impossible:
             return
         found: list[tuple[float, Selection]] = []
@@ -375,6 +382,9 @@ class Search:
         yield from sorted(found, key=lambda one: -one[0])
         yield from rest
 
+    def _first_corrections(self, choice: Selection) -> Corrections:
+        return first_corrections(self.brief, choice, self.first, self.weightless)
+
     def _rough(self) -> list[tuple[float, Selection]]:
         """Estimates what every motor can do at its best ratio, the likeliest first; no parts are looked at.
 
@@ -387,7 +397,7 @@ class Search:
         failed: list[Selection] = []
         known: Lengths | None = None  # of another motor: a place to begin from
         entries = cheapest(self.brief) if self.brief.objective == "cost" else {}
-        offered = sorted(drives(self.brief), key=lambda one: unlikely(self.brief, one))
+        offered = sorted(self._offered(self.weightless), key=lambda one: unlikely(self.brief, one))
         for number, (motor, drive) in enumerate(offered):
             self.phase = search_log.ESTIMATES._replace(done=number, total=len(offered))
             if found and self.hurried():
@@ -428,15 +438,12 @@ class Search:
         self.log.candidates += 1
         self.begin(f"estimating {choice.motor} at {choice.ratio:g}:1, {choice.width_mm:g} mm wide")
         known = self.corrections.get((choice.motor, choice.drive))
-        return self._lengths(choice, known or first_corrections(self.brief, choice, self.first), start_mm, 1)
+        return self._lengths(choice, known or self._first_corrections(choice), start_mm, 1)
 
     def refined(self, choice: Selection, again: bool = False, start: Lengths | None = None) -> Candidate | None:
         """Improves ratio and width of a choice, one after the other, as far as closed forms tell, then the placement.
 
-        Args:
-            choice: Hardware.
-            again: Whether it was refined before and solids changed its corrections: nearer choices are looked at.
-            start: Lengths of a placed machine to begin from.
+        Of one that was refined before, and whose solids changed its corrections, nearer choices are looked at.
         """
         best = self._fixed_point_near(choice, not again, start if choice.placed else None)
         if not again:
@@ -467,7 +474,7 @@ class Search:
             self.corrections, (self.log.no_progress, self.log.inconclusive) = known, given_up
             return symmetric
         self.corrections = placed
-        self.symmetric[key] = even, known.get(key, first_corrections(self.brief, choice, self.first))
+        self.symmetric[key] = even, known.get(key, self._first_corrections(choice))
         return found
 
     def _weighed_again(self, found: Candidate | None, other: Candidate | None = None) -> Candidate | None:
@@ -520,24 +527,21 @@ class Search:
         return found
 
     def _fixed_point_near(self, choice: Selection, weighing: bool, start: Lengths | None = None) -> Candidate | None:
-        """What `fixed_point` finds, of the nearest of the first ratios where it finds nothing: its parts may do.
-
-        Where three-fold symmetric chains do at no ratio, placed ones may.
-        """
+        """What `fixed_point` finds, first of the nearest ratios, then of placed chains, then of other widths."""
         ratios = {choice.ratio, *first_ratios(self.brief, choice.drive)}
-        for placed in dict.fromkeys((choice.placed, choice.placed or self.brief.placeable)):
-            for ratio in sorted(ratios, key=lambda ratio: abs(np.log(ratio / choice.ratio))):
-                one = choice.with_(ratio=ratio, placed=placed)
-                if (found := self.fixed_point(one, start, weighing=weighing)) is not None:
-                    return found
+        nearest = sorted(ratios, key=lambda ratio: abs(log(ratio / choice.ratio)))
+        widths = dict.fromkeys((choice.width_mm, *widths_of(self.brief)))
+        placements = dict.fromkeys((choice.placed, choice.placed or self.brief.placeable))
+        for width, placed, ratio in product(widths, placements, nearest):
+            one = choice.with_(ratio=ratio, placed=placed, width_mm=width)
+            if (found := self.fixed_point(one, start, weighing=weighing)) is not None:
+                return found
         return None
 
     def built(
         self, first: Candidate | Selection, least: float, start: Lengths | None = None
     ) -> tuple[Candidate, Outcome] | None:
         """Builds a machine, and again with what its checks taught, until it passes or is no better than `least`.
-
-        What moves is looked at before the rest: most that fails fails there, in a quarter of the time.
 
         Args:
             first: A candidate; where the time is short it is built without being weighed again. Or hardware.
@@ -569,7 +573,7 @@ class Search:
             self.phase = search_log.BUILDING if self.finely else search_log.NEAREST
             self.begin(f"{named}: what moves")
             outcome = None
-            try:
+            try:  # most that fails fails here, in a quarter of the time
                 results = self.moving(candidate.design)
             except BuildError as error:  # a solid that cannot be meshed
                 raise InconclusiveError(str(error)) from error
@@ -585,15 +589,11 @@ class Search:
                 self.log.no_progress.pop(" ".join(key), None)  # of another ratio or width
                 self.log.ended(" ".join(key))
                 self.tell(f"{named} passes every check")
-                return self._reported(candidate, outcome), outcome
+                if (value := reported(self.brief.objective, outcome)) is None:
+                    return candidate, outcome
+                if self.brief.objective == "cost":  # others are estimated with its solids, and as well as built
+                    self.dearer = -value / candidate.score
+                return replace(candidate, score=-value), outcome
             self.tell(f"{named} fails: {', '.join(failed)}")
             self.corrections[key] = from_checks(candidate, self.corrections[key], results)
         raise InconclusiveError(f"{_SWEEPS} machines were made, and each failed a check")
-
-    def _reported(self, candidate: Candidate, outcome: Outcome) -> Candidate:
-        """A machine that passed with the score that is reported of it, where that is not the cube."""
-        if (value := reported(self.brief.objective, outcome)) is None:
-            return candidate
-        if self.brief.objective == "cost":  # others are estimated with the machine's own solids, and as well as built
-            self.dearer = -value / candidate.score
-        return replace(candidate, score=-value)

@@ -20,7 +20,7 @@ from optimizer.codesign import updates
 from optimizer.codesign.bound import impossible
 from optimizer.codesign.candidate import Candidate, refused
 from optimizer.codesign.corrections import Corrections, reference
-from optimizer.codesign.hardware import SMALL, Selection, motor_of, neighbours
+from optimizer.codesign.hardware import SMALL, Selection, motor_of, neighbours, widths_of
 from optimizer.codesign.lengths import Found
 from optimizer.codesign.search import LEAST_SIDE_MM, Search
 from optimizer.codesign.search_log import NEAREST, RELAXATIONS, SearchLog, Trial, Verdict, best_so_far, verdict
@@ -425,3 +425,50 @@ def test_what_gravity_takes_is_posed_before_anything_is_weighed(monkeypatch: pyt
     assert search.log.no_progress[f"{MOTORS[0]} capstan"] == "weighed"
     assert torques[0] == 0.001
     assert 0.015 < torques[-1] < 0.06
+
+
+def test_hardware_without_lengths_is_searched_anew_with_weightless_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two motors one has no lengths with the masses of another machine, the other fails its checks."""
+    search, posed = Search(brief()), list[tuple[str, float, tuple[float, float]]]()
+
+    def lengths(choice: Selection, corrections: Corrections, *_: object) -> None:
+        posed.append((choice.motor, corrections.mass_estimate.gravity_torque_N_m, corrections.ball_friction_N))
+        if choice.motor == MOTORS[1]:
+            raise NoProgressError("the motor's shaft")
+
+    monkeypatch.setattr(search, "_lengths", lengths)
+    monkeypatch.setattr("optimizer.codesign.search.drives", lambda _: [(one, "capstan") for one in MOTORS[:2]])
+
+    def best() -> None:
+        for motor, drive in search._offered(search.weightless):
+            search.fixed_point(Selection(motor, drive, 4.8, 50.0))
+
+    monkeypatch.setattr(search, "_best", best)
+    assert search.best() is None
+    assert [motor for motor, *_ in posed] == [*MOTORS[:2], MOTORS[0]]
+    assert posed[0][1:] == (reference().gravity_torque_N_m, Corrections(reference()).ball_friction_N)
+    assert posed[-1][1:] == (0.0, (0.0, 0.0))
+    assert not search.weightless
+
+
+def test_of_no_width_where_lengths_are_found_others_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    search, tried = Search(brief()), list[float]()
+
+    def fixed_point(choice: Selection, *_: object, **__: object) -> None:
+        tried.append(choice.width_mm)
+
+    monkeypatch.setattr(search, "fixed_point", fixed_point)
+    assert search._fixed_point_near(Selection(MOTORS[0], "capstan", 4.8, 44.0), True) is None
+    assert list(dict.fromkeys(tried)) == [44.0, *widths_of(brief())]
+
+
+def test_from_the_third_machine_on_the_mean_of_what_it_weighs_and_the_last_estimate_counts() -> None:
+    known = Corrections(replace(reference(), gravity_torque_N_m=0.04), ball_friction_N=(0.2, 0.3))
+    light = replace(reference(), gravity_torque_N_m=0.02, own=True)
+    first = known.weighed(light, (0.1, 0.1))
+    assert (first.mass_estimate, first.ball_friction_N) == (light, (0.1, 0.1))
+    heavy = replace(light, gravity_torque_N_m=0.06)
+    third = first.weighed(heavy, (0.2, 0.2)).weighed(light, (0.1, 0.1))
+    assert third.mass_estimate.gravity_torque_N_m == pytest.approx(0.04)
+    assert third.ball_friction_N == pytest.approx((0.15, 0.15))
+    assert third.mass_estimate.own
