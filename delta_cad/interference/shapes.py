@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 from math import cos, hypot, inf, sin, sqrt
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from delta_cad.common.jit import inlined, unrolled_dispatch
 from delta_cad.dimensions.bracket import Circle
 
 _DIRECTIONS = 180  # in which a hull's arcs are looked at: to 5 um of a circle of 30 mm; and along each straight side's
@@ -44,25 +43,37 @@ class Prism:
 
     def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
-        return _distances(_fill_prism, points, self._outline, *self.y_mm, self.bevel_mm, _FAR_MM)
+        return self._distance(self.across_mm(points), points[:, 1])
 
     def lower_bound(self, points: np.ndarray) -> np.ndarray:
         """Bounds `signed_distance` of points (n, 3) from below by a box around the hull, (n)."""
-        return _distances(_fill_prism, points, self._outline, *self.y_mm, self.bevel_mm, -inf)
+        return self._distance(self._across_box(points), points[:, 1])
+
+    def _distance(self, across: np.ndarray, y: np.ndarray) -> np.ndarray:
+        along = np.maximum(self.y_mm[0] - y, y - self.y_mm[1])
+        return np.maximum(_adjacent(across, y, self.y_mm), _bevelled(across, along, self.bevel_mm))
+
+    def _across_box(self, points: np.ndarray) -> np.ndarray:
+        (east, north, west, south), (x, _, z) = self._outline[1][: _DIRECTIONS : _DIRECTIONS // 4], points.T
+        return np.maximum(np.maximum(x - east, -x - west), np.maximum(z - north, -z - south))
 
     def across_mm(self, points: np.ndarray) -> np.ndarray:
         """Computes how far points (n, 3) are off the outline, in its plane, (n)."""
-        return _distances(_fill_across, points, self._outline, *self.y_mm, _FAR_MM)
+        across, (normals, support) = self._across_box(points), self._outline
+        near = _adjacent(across, points[:, 1], self.y_mm) < _FAR_MM
+        if near.any():
+            across[near] = (points[near][:, [0, 2]] @ normals - support).max(axis=1)
+        return across
 
     @cached_property
-    def _outline(self) -> np.ndarray:
-        """(n, 3) directions, `_NORMALS` and those of the straight sides, and how far the outline reaches along each."""
+    def _outline(self) -> tuple[np.ndarray, np.ndarray]:
+        """(2, n) directions, `_NORMALS` and those of the straight sides, and how far the outline reaches along each."""
         circles = np.array(self.circles)
         normals = np.hstack([_NORMALS, *(_tangents(a, b) for a, b in combinations(circles, 2))])
         reach = circles[:, :2] @ normals + circles[:, 2:]
         on_two = np.partition(reach, -2, axis=0)[-2] > reach.max(axis=0) - 1e-9 if len(circles) > 1 else False
         kept = (np.arange(normals.shape[1]) < _DIRECTIONS) | on_two
-        return np.column_stack([normals[:, kept].T, reach.max(axis=0)[kept]])
+        return normals[:, kept], reach.max(axis=0)[kept]
 
 
 @dataclass(frozen=True)
@@ -75,9 +86,7 @@ class Windowed:
     def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
         inside = np.minimum(self.window.across_mm(points), 0.0)
-        low, high = self.whole.y_mm
-        along = np.maximum(low - points[:, 1], points[:, 1] - high)
-        through = np.hypot(-inside, np.maximum(along, 0.0))
+        through = _adjacent(-inside, points[:, 1], self.whole.y_mm)
         return np.where(inside < 0.0, through, self.whole.signed_distance(points))
 
 
@@ -91,7 +100,13 @@ class Beam:
 
     def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
-        return _distances(_fill_beam, points, self.length_mm, *self.radii_mm, *self.y_mm)
+        (root, end), long = self.radii_mm, self.length_mm
+        lean = (root - end) / long  # sine of the sides' angle to the middle
+        rise = np.sqrt(1.0 - lean**2)
+        x, z = points[:, 0], np.abs(points[:, 2])
+        along = x * rise - z * lean
+        side = np.where(along > long * rise, np.hypot(x - long, z) - end, x * lean + z * rise - root)
+        return _adjacent(np.where(along < 0.0, np.hypot(x, z) - root, side), points[:, 1], self.y_mm)
 
 
 @dataclass(frozen=True)
@@ -104,7 +119,8 @@ class Round:
 
     def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
-        return _distances(_fill_round, points, self.radius_mm, *self.at_mm, *self.y_mm)
+        apart = np.hypot(points[:, 0] - self.at_mm[0], points[:, 2] - self.at_mm[1])
+        return _adjacent(apart - self.radius_mm, points[:, 1], self.y_mm)
 
 
 @dataclass(frozen=True)
@@ -118,7 +134,10 @@ class Bar:
 
     def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
-        return _distances(_fill_bar, points, self.radius_mm, self.length_mm, *self.from_mm, *self.along)
+        out = points - self.from_mm
+        along = out @ self.along
+        aside = np.linalg.norm(out - along[:, None] * self.along, axis=1)
+        return _adjacent(aside - self.radius_mm, along, (0.0, self.length_mm))
 
 
 @dataclass(frozen=True)
@@ -131,9 +150,18 @@ class Ring:
 
     def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
+        inner, outer = self.radii_mm
+        radius = np.hypot(points[:, 0], points[:, 2])
+        across = np.maximum(inner - radius, radius - outer)  # off the whole ring
+        near = _adjacent(across, points[:, 1], self.y_mm) < _FAR_MM
         middle, half = sum(self.angles_rad) / 2.0, (self.angles_rad[1] - self.angles_rad[0]) / 2.0
-        turns = cos(middle), sin(middle), cos(half), sin(half)
-        return _distances(_fill_ring, points, *self.radii_mm, *turns, *self.y_mm)
+        (cosine, sine), (cos_half, sin_half) = ((cos(angle), sin(angle)) for angle in (middle, half))
+        x, z = points[near, 0], points[near, 2]
+        ahead, aside = cosine * x + sine * z, np.abs(cosine * z - sine * x)  # of the middle
+        along, off = ahead * cos_half + aside * sin_half, aside * cos_half - ahead * sin_half  # of the nearer end
+        beyond = np.hypot(along - np.minimum(np.maximum(along, inner), outer), off)
+        across[near] = np.where(ahead >= radius[near] * cos_half, across[near], beyond)
+        return _adjacent(across, points[:, 1], self.y_mm)
 
 
 @dataclass(frozen=True)
@@ -149,7 +177,10 @@ class Block:
     def signed_distance(self, points: np.ndarray) -> np.ndarray:
         """As of `Shape`."""
         seen = (points - np.array(self.from_mm)) @ self.axes
-        return _distances(_fill_block, seen, *self.low_mm, *self.high_mm, self.bevel_mm)
+        over = seen - np.array(self.high_mm)
+        off = np.maximum(np.array(self.low_mm) - seen, over)
+        adjacent = np.linalg.norm(np.maximum(off, 0.0), axis=1) + np.minimum(off.max(axis=1), 0.0)
+        return np.maximum(adjacent, _bevelled(off[:, :2].max(axis=1), over[:, 2], self.bevel_mm))
 
 
 @dataclass(frozen=True)
@@ -220,105 +251,12 @@ def _tangents(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.array([np.cos(turns), np.sin(turns)])
 
 
-def _distances(fill: Callable[..., None], points: np.ndarray, *numbers: float | np.ndarray) -> np.ndarray:
-    """Computes distances of points (n, 3), (n), by a function below that fills them."""
-    out = np.empty(len(points))
-    fill(np.ascontiguousarray(points, dtype=float), *numbers, out)
-    return out
-
-
-_LOOP = """for k in range(len(points)):
-        out[k] = {0}(points[k, 0], points[k, 1], points[k, 2]{1})"""
-
-
-def _of_points(distance: Any, *numbers: str) -> Any:
-    """Compiles (points, numbers, out), which fills the distance of a point (x, y, z, numbers), for `_distances`."""
-    given = "".join(f", {number}" for number in numbers)
-    return unrolled_dispatch(f"points{given}, out", [(distance, given)], _LOOP)
-
-
-@inlined
-def _between(across, y, low, high):
-    """Distance to what has an outline `across` and two flat ends."""
-    along = max(low - y, y - high)
-    return hypot(max(across, 0.0), max(along, 0.0)) + min(max(across, along), 0.0)
-
-
-@inlined
-def _bevelled(across, along, bevel):
+def _bevelled(across: np.ndarray, along: np.ndarray, bevel_mm: float) -> np.ndarray:
     """Distance to the bevel between what is so far off a side and off an end."""
-    return (across + along + bevel) / sqrt(2.0)
+    return (across + along + bevel_mm) / sqrt(2.0)
 
 
-@inlined
-def _across(x, y, z, outline, low, high, far):
-    """Distance to an outline in its plane; where a box around it is beyond `far`, to that box."""
-    quarter = _DIRECTIONS // 4
-    east, north, west, south = outline[0, 2], outline[quarter, 2], outline[2 * quarter, 2], outline[3 * quarter, 2]
-    across = max(max(x - east, -x - west), max(z - north, -z - south))
-    if _between(across, y, low, high) < far:
-        across = -inf
-        for j in range(len(outline)):
-            across = max(across, x * outline[j, 0] + z * outline[j, 1] - outline[j, 2])
-    return across
-
-
-@inlined
-def _prism(x, y, z, outline, low, high, bevel, far):
-    across = _across(x, y, z, outline, low, high, far)
-    return max(_between(across, y, low, high), _bevelled(across, max(low - y, y - high), bevel))
-
-
-@inlined
-def _beam(x, y, z, length, root, end, low, high):
-    lean = (root - end) / length  # sine of the sides' angle to the middle
-    rise, z = sqrt(1.0 - lean**2), abs(z)
-    along = x * rise - z * lean
-    if along < 0.0:
-        across = hypot(x, z) - root
-    elif along > length * rise:
-        across = hypot(x - length, z) - end
-    else:
-        across = x * lean + z * rise - root
-    return _between(across, y, low, high)
-
-
-@inlined
-def _round(x, y, z, radius, at_x, at_z, low, high):
-    return _between(hypot(x - at_x, z - at_z) - radius, y, low, high)
-
-
-@inlined
-def _bar(x, y, z, radius, length, from_x, from_y, from_z, along_x, along_y, along_z):
-    x, y, z = x - from_x, y - from_y, z - from_z
-    along = x * along_x + y * along_y + z * along_z
-    x, y, z = x - along * along_x, y - along * along_y, z - along * along_z
-    return _between(sqrt(x * x + y * y + z * z) - radius, along, 0.0, length)
-
-
-@inlined
-def _ring(x, y, z, inner, outer, cosine, sine, cos_half, sin_half, low, high):
-    radius = hypot(x, z)
-    across = max(inner - radius, radius - outer)  # off the whole ring
-    ahead, aside = cosine * x + sine * z, abs(cosine * z - sine * x)  # of the middle
-    if ahead < radius * cos_half and _between(across, y, low, high) < _FAR_MM:
-        along, off = ahead * cos_half + aside * sin_half, aside * cos_half - ahead * sin_half  # of the nearer end
-        across = hypot(along - min(max(along, inner), outer), off)
-    return _between(across, y, low, high)
-
-
-@inlined
-def _block(x, y, z, low_x, low_y, low_z, high_x, high_y, high_z, bevel):
-    a, b, c = max(low_x - x, x - high_x), max(low_y - y, y - high_y), max(low_z - z, z - high_z)
-    out = max(a, 0.0), max(b, 0.0), max(c, 0.0)
-    off = sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2]) + min(max(a, b, c), 0.0)
-    return max(off, _bevelled(max(a, b), z - high_z, bevel))
-
-
-_fill_across = _of_points(_across, "outline", "low", "high", "far")
-_fill_prism = _of_points(_prism, "outline", "low", "high", "bevel", "far")
-_fill_beam = _of_points(_beam, "length", "root", "end", "low", "high")
-_fill_round = _of_points(_round, "radius", "at_x", "at_z", "low", "high")
-_fill_bar = _of_points(_bar, "radius", "length", "from_x", "from_y", "from_z", "along_x", "along_y", "along_z")
-_fill_ring = _of_points(_ring, "inner", "outer", "cosine", "sine", "cos_half", "sin_half", "low", "high")
-_fill_block = _of_points(_block, "low_x", "low_y", "low_z", "high_x", "high_y", "high_z", "bevel")
+def _adjacent(across: np.ndarray, y: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
+    """Distance to what has an outline `across` and two flat ends."""
+    along = np.maximum(ends[0] - y, y - ends[1])
+    return np.hypot(np.maximum(across, 0.0), np.maximum(along, 0.0)) + np.minimum(np.maximum(across, along), 0.0)
