@@ -107,7 +107,7 @@ def first_corrections(
         brief: The requirements.
         choice: The hardware.
         first: Masses of the other machine.
-        weightless: Whether parts weigh and rub nothing instead.
+        weightless: Whether to begin with `Corrections.weightless` of it.
     """
     row = motor_of(brief, choice.motor)
     masses = replace(first.masses, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2)

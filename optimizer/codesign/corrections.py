@@ -71,7 +71,8 @@ class MassEstimate:
 def reference() -> MassEstimate:
     """Gives initial masses, of a machine of 86 mm and 3 N, rounded.
 
-    No reported result depends on them: where they leave no machine, the search begins anew with `weightless`.
+    They are a place to begin: where no machine is found, hardware without lengths is searched once more from
+    `weightless` parts.
     """
     masses = Masses(
         platform=0.065,
@@ -141,7 +142,6 @@ RaisedLimits = tuple[float, float, float]
 """Couple index, the same for each mm of a lever, angle at the elbow, deg."""
 
 
-_WEIGHED = "weighed"  # the reason that tells it
 _NEXT_TO_NOTHING = 1e-6  # share of masses: an inertia is not 0
 
 
@@ -195,24 +195,13 @@ class Corrections:
     why: tuple[str, ...] = ()
 
     def weightless(self) -> Corrections:
-        """The same of parts that weigh nothing, rub nothing and take no outline: what fails then fails with any."""
+        """The same with masses of next to nothing, the rotor's kept, no friction of ball joints, and the outline of
+        eq. (1): an optimistic place to begin.
+        """
         m = self.mass_estimate.masses
         least = {f.name: _NEXT_TO_NOTHING * getattr(m, f.name) for f in fields(m) if f.name != "rotor_inertia"}
         estimate = replace(self.mass_estimate, masses=replace(m, **least), gravity_torque_N_m=0.0)
         return replace(self, mass_estimate=estimate, overhead_mm=(0.0, 0.0), ball_friction_N=(0.0, 0.0))
-
-    def weighed(self, estimate: MassEstimate, ball_friction_N: tuple[float, float]) -> Corrections:
-        """The same after a machine was weighed.
-
-        Longer rods make ball joints rub less at the handle, and weigh more: from the third machine on the mean of its
-        figures and of the last estimate counts, or short and long rods would take turns.
-        """
-        if self.why.count(_WEIGHED) > 1:
-            a, b = zip(self.ball_friction_N, ball_friction_N, strict=True)
-            ball_friction_N = sum(a) / 2.0, sum(b) / 2.0
-            mean = (self.mass_estimate.gravity_torque_N_m + estimate.gravity_torque_N_m) / 2.0
-            estimate = replace(estimate, gravity_torque_N_m=mean)
-        return self.updated(_WEIGHED, mass_estimate=estimate, ball_friction_N=ball_friction_N)
 
     def least(self, length: str) -> float:
         """The least of a length, mm; 0 where nothing is known."""

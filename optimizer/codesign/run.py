@@ -32,7 +32,7 @@ _OTHERS_SHARE = 0.05  # of the time: for the bound of symmetric machines beside 
 _STATED = 0.5  # share by which a bound may exceed its machine, and still be stated
 HURRIED = "half of the time had gone without a machine: ratio, pinion and width were not improved to the end"
 NO_DIRECT_DRIVE = "half of the time had gone: no direct drive was tried in place of the capstan, --minutes gives more"
-NO_BOUND = "the time ended before it was proved how much larger a cube of this family can be"
+NO_BOUND = "no useful bound on the cubes of this family was proved in its share of the time, --minutes gives more"
 _NEAREST, _NEAREST_NAME = 2, "-nearest"  # eased tasks of which one is built, and the end of its name
 _EASIER = (1.0, 1.12, 1.25, 1.5)  # factors by which what gives does so once more, where no machine of it passes
 

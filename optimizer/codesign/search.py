@@ -82,11 +82,10 @@ _COARSE, _AGAIN, _FINE = range(SMALL), range(1, SMALL), range(SMALL, SMALL + 3) 
 _REFINED = 2  # times at most that hardware is refined with the masses of its solids
 _WORSE = 0.01  # share of a score that solids took, beyond which hardware is refined again
 RANKED, MOTORS = 6, 3  # motors whose parts are looked at, and that are refined and built, the likeliest first
-_SWEEPS = 10  # machines of one choice that are made
-_TRIES = 24  # closed forms and weights of one choice, until they agree
+_SWEEPS, _TRIES = 10, 24  # machines of one choice that are made; closed forms and weights, until they agree
 _NO_LENGTHS = "no lengths meet the limits with its torque, masses and rods' springs"
-LEAST_SIDE_MM = 10.0  # of a cube, where none is asked
-_ROOMY_MM = 0.5  # of an outline, left by a machine that passes: worth other lengths
+_OWN_MASSES = "no lengths meet the limits with the masses and friction of its own parts"
+LEAST_SIDE_MM, _ROOMY_MM = 10.0, 0.5  # of a cube where none is asked; of an outline, left: worth other lengths
 
 T = TypeVar("T")
 Lengths = tuple[float, ...]
@@ -119,7 +118,7 @@ class Search:
         ready: A candidate that closed forms and its weights pass, which is built where the time is short.
         symmetric: Hardware with placed chains -> the three-fold symmetric candidate before, and what was known of it.
         phase: Where the search is.
-        weightless: Whether it begins anew with parts that weigh and rub nothing, as nothing else was found.
+        weightless: Whether it begins with `Corrections.weightless`.
     """
 
     brief: DesignBrief
@@ -217,7 +216,7 @@ class Search:
             self.log.candidates += 1
             found = self._lengths(choice, corrections, start, ROUNDS if weighing else 1, beats)
             if found is None:
-                raise NoProgressError(_NO_LENGTHS)
+                raise NoProgressError(_OWN_MASSES if corrections.mass_estimate.own else _NO_LENGTHS)
             if beats is not None and found.score <= beats:
                 return None
             start = lengths = found.lengths_mm
@@ -261,7 +260,7 @@ class Search:
             except (BuildError, DimensionError) as error:  # what the kernel, or a stock length, does not give
                 corrections = from_kernel(corrections, lengths, error)
                 continue
-            corrections = corrections.weighed(weighed, friction)
+            corrections = corrections.updated("weighed", mass_estimate=weighed, ball_friction_N=friction)
             candidate = replace(candidate, corrections=corrections, weighed=True)
             when = "" if self.brief.requirements.peak_force_N is None else ", peak"
             if geared and (pull := next((r for r in results if r.name == f"structure {PULLED}{when}"), None)):
@@ -299,13 +298,15 @@ class Search:
     def best(self) -> tuple[Candidate, Outcome] | None:
         """Searches until no hardware is left that promises more than the best machine that passed every check.
 
-        Hardware without lengths is searched anew with weightless parts: another machine's masses refuse none. Raises
-        OutOfTimeError where the time is over; what was built was handed to `build`.
+        Where none is found, hardware without lengths is searched once more from weightless parts. Raises OutOfTimeError
+        where the time is over; what was built was handed to `build`.
         """
         if (found := self._best()) is None and not self.log.impossible and self._offered(anew=True):
-            self.corrections, self.weightless = {}, True
-            found = self._best()
-            self.weightless = False
+            self.corrections, self.symmetric, self.weightless = {}, {}, True
+            try:
+                return self._best()
+            finally:
+                self.weightless = False
         return found
 
     def _offered(self, anew: bool) -> list[tuple[str, str]]:
@@ -361,7 +362,7 @@ class Search:
 
     def ranked(self) -> Iterator[tuple[float, Selection]]:
         """The hardware worth building: of the best estimates what their parts leave, the best first, then the rest."""
-        self.log.left = [" ".join(one) for one in self._offered(self.weightless)]
+        self.log.left = list(dict.fromkeys((*self.log.left, *map(" ".join, self._offered(self.weightless)))))
         if not self.weightless:
             self.log.impossible = list(impossible(self.brief)) or [*filter(None, [excluded(self.brief, self.stop)])]
         if self.log.impossible:
@@ -424,7 +425,7 @@ class Search:
                 self.log.no_progress[name] = _NO_LENGTHS
                 self.log.ended(name)
             else:
-                if self.log.no_progress.pop(name, ""):
+                if self.log.no_progress.pop(name, "") and name not in self.log.left:
                     self.log.left.append(name)
                 self.tell(f"{motor} {drive} at {best[1].ratio:g}:1: about {self._words(best[0])}")
                 found.append(best)

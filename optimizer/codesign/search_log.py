@@ -164,9 +164,10 @@ End = Literal["done", "time", "stopped"]
 def verdict(log: SearchLog, end: End, stands: bool) -> tuple[Verdict, str]:
     """Decides how a search ended.
 
-    That no machine exists is proved by closed forms alone. A search that went through all hardware to its end and was
-    refused all of it has the same verdict, and says that it is no proof: its lengths are local optima. Time that was
-    over, or candidates that the search did not know how to mend, leave it open.
+    That no machine exists is shown before the search: by closed forms or a proof, and for placed chains by a search,
+    which the message says is no proof. A search that went through all hardware to its end without a machine has the
+    same verdict, and says that it is no proof: lengths are searched locally. Time that was over, or candidates that the
+    search did not know how to mend, leave it open.
 
     Returns:
         The verdict, and what it rests on, or what was left open; "" where a machine stands.
@@ -184,7 +185,7 @@ def verdict(log: SearchLog, end: End, stands: bool) -> tuple[Verdict, str]:
         return Verdict.NOT_FOUND, f"the search knew no further candidate of {', '.join(sorted(log.inconclusive))}"
     return (
         Verdict.INFEASIBLE,
-        f"the search was refused all {len(log.no_progress)} motors and drives; no proof excludes other lengths",
+        f"none of {len(log.no_progress)} motors and drives has a machine; no proof, as lengths are local optima",
     )
 
 

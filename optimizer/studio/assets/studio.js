@@ -32,17 +32,18 @@
     return value.toFixed(decimals);
   }
 
-  // Of settings that come faster than they are answered, some 15 a second, only the newest is sent.
+  // Settings are gathered for so long; the newest value of each field is sent.
   const SEND_MS = 60;
   let waiting = null;
   let later = 0; // timer of what waits
+  let last = -Infinity; // when was sent
 
   function set(message) {
     waiting = waiting
       ? { values: { ...waiting.values, ...message.values }, hardware: { ...waiting.hardware, ...message.hardware }, rest: message.rest }
       : { values: {}, hardware: {}, ...message };
     if (message.rest) flush();
-    else if (!later) later = setTimeout(flush, SEND_MS);
+    else if (!later) later = setTimeout(flush, Math.max(0, last + SEND_MS - performance.now()));
     verdict();
   }
 
@@ -51,7 +52,8 @@
     later = 0;
     if (!waiting || socket?.readyState !== WebSocket.OPEN) return;
     seq += 1;
-    sent.set(seq, performance.now());
+    last = performance.now();
+    sent.set(seq, last);
     send({ type: "set", seq, ...waiting });
     waiting = null;
   }

@@ -47,7 +47,7 @@ REFUSED = {
         "platform_radius_mm",
         17.0,
         "platform",
-        "wrist boss",
+        "hub",
         1,
     ),
     "wrists": (

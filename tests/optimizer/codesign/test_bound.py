@@ -228,7 +228,7 @@ def test_what_lies_between_a_machine_and_its_bound_is_reported_in_parts() -> Non
 
 
 @pytest.mark.parametrize(("placed", "most_s"), [(False, 300.0), (True, 30.0)])
-def test_beside_a_placed_machine_the_bound_of_symmetric_ones_takes_a_share_of_the_time(
+def test_for_a_placed_machine_the_bound_of_symmetric_ones_takes_a_share_of_the_time(
     placed: bool, most_s: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now = [0.0]

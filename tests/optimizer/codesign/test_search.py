@@ -460,15 +460,3 @@ def test_of_no_width_where_lengths_are_found_others_are_tried(monkeypatch: pytes
     monkeypatch.setattr(search, "fixed_point", fixed_point)
     assert search._fixed_point_near(Selection(MOTORS[0], "capstan", 4.8, 44.0), True) is None
     assert list(dict.fromkeys(tried)) == [44.0, *widths_of(brief())]
-
-
-def test_from_the_third_machine_on_the_mean_of_what_it_weighs_and_the_last_estimate_counts() -> None:
-    known = Corrections(replace(reference(), gravity_torque_N_m=0.04), ball_friction_N=(0.2, 0.3))
-    light = replace(reference(), gravity_torque_N_m=0.02, own=True)
-    first = known.weighed(light, (0.1, 0.1))
-    assert (first.mass_estimate, first.ball_friction_N) == (light, (0.1, 0.1))
-    heavy = replace(light, gravity_torque_N_m=0.06)
-    third = first.weighed(heavy, (0.2, 0.2)).weighed(light, (0.1, 0.1))
-    assert third.mass_estimate.gravity_torque_N_m == pytest.approx(0.04)
-    assert third.ball_friction_N == pytest.approx((0.15, 0.15))
-    assert third.mass_estimate.own

@@ -21,6 +21,7 @@ from delta_cad.mechanism.limits import ElbowAngle, Outline
 from delta_cad.mechanism.workspace import CubeSearch
 from delta_cad.solids.primitive import BuildError
 from delta_cad.structure.hardware.refusals import refusals
+from delta_cad.structure.hardware.thresholds import changed
 from optimizer.codesign import candidate as candidates
 from optimizer.codesign.candidate import Candidate, design_for
 from optimizer.codesign.corrections import FARTHEST, KNOB_MM, NARROWER, SHOULDER_DEG, WIDER, Corrections, reference
@@ -45,7 +46,7 @@ from optimizer.codesign.updates import (
     with_room,
 )
 from optimizer.problem.brief import DesignBrief, brief_from_dict
-from tests.committed import BEST
+from tests.committed import BEST, ROOT
 
 CHOICE = Selection("maxon-re30-310007", "capstan", 4.8, 54.0)
 KNOWN = Corrections(reference())
@@ -486,3 +487,24 @@ def test_the_least_base_radius_that_closed_forms_ask_for_is_a_lesson_for_other_m
     assert requested(least)
     wider = design.model_copy(update={"mechanism": m.model_copy(update={"base_radius_mm": m.base_radius_mm + 5.0})})
     assert with_least_radius(replace(one, design=wider), KNOWN) is KNOWN  # they ask for nothing so far out
+
+
+def test_a_platform_that_is_too_thin_becomes_thicker_though_a_thicker_one_meets_its_hub() -> None:
+    small = {"hardware.platform_thickness_mm": 10.0, "mechanism.platform_radius_mm": 15.0}
+    design = changed(load_design(ROOT / "docs" / "gallery" / "desk-150.json"), small)
+    assert design is not None
+    found = {one.reason.key: (one.field, one.bound) for one in estimates(design) if one.part == "platform"}
+    assert found["platform", "wrist boss"] == ("hardware.platform_thickness_mm", 13.5)
+    field, bound = found["platform", "hub"]
+    assert field == "mechanism.platform_radius_mm"
+    assert bound is not None
+    assert 18.0 <= bound < 25.0
+
+
+def test_a_platform_whose_hub_fits_only_while_it_is_too_thin_becomes_thicker() -> None:
+    small = {"hardware.platform_thickness_mm": 10.0, "mechanism.platform_radius_mm": 18.5}
+    design = changed(load_design(ROOT / "docs" / "gallery" / "desk-150.json"), small)
+    assert design is not None
+    found = {one.reason.key: (one.field, one.bound) for one in estimates(design) if one.part == "platform"}
+    assert ("platform", "hub") not in found
+    assert found["platform", "wrist boss"] == ("hardware.platform_thickness_mm", 13.5)

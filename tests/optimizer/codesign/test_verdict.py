@@ -1,4 +1,4 @@
-"""The verdict on a search, and its time: a search that was refused all hardware says that it is no proof."""
+"""The verdict on a search, and its time: one without a machine of any hardware says that it is no proof."""
 
 from __future__ import annotations
 
@@ -31,7 +31,9 @@ HARDWARE = "a capstan", "b direct"
 
 @pytest.mark.parametrize("end", ENDS)
 @pytest.mark.parametrize("stands", [True, False])
-def test_a_search_is_infeasible_only_where_that_is_shown(end: End, stands: bool) -> None:
+def test_a_search_is_infeasible_where_closed_forms_exclude_all_or_it_ended_with_all_refused(
+    end: End, stands: bool
+) -> None:
     """Over all states of two motors: refused, given up, not looked at to the end, and of closed forms."""
     states = "refused", "gave up", "left"
     for first, second, impossible in product(states, states, ([], ["force_N must be at most 20 N"])):

@@ -209,7 +209,7 @@ def test_what_cannot_be_is_reported_with_every_reason(
     assert (reported["verdict"], reported["passed"], reported["nearest"]) == ("infeasible", False, None)
     assert reported["contradiction"] == ["a capstan: too weak", "b direct: too wide"]
     first = next(line for line in said.err.splitlines() if line.startswith("infeasible: task.toml: "))
-    assert "refused all 2 motors and drives; no proof" in first
+    assert "none of 2 motors and drives has a machine; no proof, as lengths are local optima" in first
     assert said.err.count("too ") == 2
 
 

@@ -178,3 +178,17 @@ def test_commands_tell_all_that_is_wrong_with_requirements(
         "r.toml: requirements.force_N",
         "r.toml: limits.kappa_max" if command == "atlas" else "r.toml: hardware.belt",
     ]
+
+
+@pytest.mark.slow  # 1300 s of processor: five searches, each to its end
+@pytest.mark.parametrize("preset", PRESETS)
+def test_a_preset_is_built_and_passes_every_check(preset: str, tmp_path: Path) -> None:
+    def run(*words: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "optimizer", *words]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+
+    assert run("init", preset).returncode == 0
+    ended = run("design", f"{preset}.toml", "--minutes", "30")
+    assert ended.returncode == 0, ended.stdout[-2000:]
+    assert ended.stdout.startswith("built: ")
+    assert (tmp_path / "out" / preset / "report.html").is_file()
