@@ -32,11 +32,11 @@
     return value.toFixed(decimals);
   }
 
-  // Settings are gathered for so long; the newest value of each field is sent.
+  // Settings are sent at most once in SEND_MS, with the newest value of each field.
   const SEND_MS = 60;
   let waiting = null;
-  let later = 0; // timer of what waits
-  let last = -Infinity; // when was sent
+  let later = 0; // timer of the next sending
+  let last = -Infinity; // time of the last sending
 
   function set(message) {
     waiting = waiting
