@@ -43,7 +43,7 @@ _COMPUTED = (
     ("limits", "effective mass", "effective mass, worst", _LOWER),
     ("limits", "friction", "friction at the handle, worst", _LOWER),
     ("limits", "position step", "position step, worst", _LOWER),
-    ("limits", "couple index", "couple index, least", _HIGHER),
+    ("limits", "couple index", "rotational stiffness index, least", _HIGHER),
     ("limits", "lean", "lean of the rods, largest", _LOWER),
     ("limits", "elbow arm", "distance from a stretched or folded arm, least", _HIGHER),
     ("over the cube", "margin to a fold", "margin to a fold, least", _HIGHER),

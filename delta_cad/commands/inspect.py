@@ -18,7 +18,7 @@ from delta_cad.common.console import BAD_INPUT, DONE, NOT_MET, refuse
 from delta_cad.common.options import CATALOGUE, DESIGN, JSON, MASS_PROPERTIES, Option, settle_design
 
 NAME = "inspect"
-TEXT = "table of reach, torque, conditioning, angles and margins, within a second; makes no solids"
+TEXT = "table of reach, torque, conditioning, angles and margins; makes no solids"
 _OF_HARDWARE = ("catalogue", "mass_properties", "suggest")
 _OF_DESIGN = Path()  # FILE is left out: that of --design
 

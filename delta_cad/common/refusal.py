@@ -71,7 +71,8 @@ def not_installed(packages: str, extra: str) -> str:
     """
     has = _extras().get(_PACKAGES.get(packages.partition(".")[0], packages).lower(), [extra])
     extra = extra if set(has) & set(extra.split(",")) else f"{extra},{has[0]}"
-    return f"{packages} is not installed: make install, or pip install '.[{extra}]', in a checkout of delta-haptics"
+    ways = f"make install and start .venv/bin/python, or pip install '.[{extra}]', in a checkout of delta-haptics"
+    return f"{packages} is not installed in this Python: {ways}"
 
 
 _PACKAGES = {"OCP": "cadquery", "vtkmodules": "cadquery", "fcl": "python-fcl"}

@@ -26,7 +26,7 @@ REQUIREMENTS = {
     "drive torque": "Drive torque, continuous",
     "drive peak torque": "Drive torque, peak",
     "kappa": "Conditioning, worst in the cube",
-    "couple index": "Couple index: resistance of the platform to turning",
+    "couple index": "Rotational stiffness index: resistance of the platform to turning",
     "effective mass": "Effective mass, worst in the cube",
     "friction": "Friction at the handle, worst in the cube",
     "position step": "Position step, worst in the cube",

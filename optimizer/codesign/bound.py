@@ -20,13 +20,12 @@ from itertools import pairwise, repeat
 import numpy as np
 
 from delta_cad import catalogue
-from delta_cad.design.feel_defaults import COUPLE_INDEX
 from delta_cad.dimensions import CLEARANCE_MOST_MM
 from delta_cad.dimensions.joint import force_most_N
 from delta_cad.mechanism.limits import HandleInertia, Outline
 from optimizer.codesign.candidate import Candidate
 from optimizer.codesign.corrections import (
-    KAPPA,
+    KAPPA_MAX,
     LEAN_DEG,
     ROD_SHARE,
     SHOULDER_DEG,
@@ -161,11 +160,11 @@ def _allowed_drives(brief: DesignBrief) -> str:
 
 def _kept_limits(brief: DesignBrief) -> str:
     """Names the limits on the mechanism that every candidate keeps: the set limits, or else those of the search."""
-    feel, limits = brief.feel, brief.limits
+    limits = brief.limits
     low, high = limits.shoulder_deg or SHOULDER_DEG
     return (
-        f"a couple index of at least {max(feel.couple_index_min or 0.0, COUPLE_INDEX):g}, kappa of at most "
-        f"{min(feel.kappa_max or KAPPA, KAPPA):g}, rods that lean by at most {limits.lean_max_deg or LEAN_DEG:g} deg, "
+        f"a rotational stiffness index of at least {brief.couple_index_min:g}, kappa of at most "
+        f"{brief.feel.kappa_max or KAPPA_MAX:g}, rods that lean by at most {limits.lean_max_deg or LEAN_DEG:g} deg, "
         f"shoulder angles from {low:g} to {high:g} deg"
     )
 

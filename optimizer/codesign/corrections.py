@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from delta_cad.design.feel_defaults import COUPLE_INDEX
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism.limits import HandleInertia
 from delta_cad.mechanism.limits.lengths.wrist_clearance import between_neighbours
@@ -21,7 +20,7 @@ _GRAVITY_EXPONENT = 1.4  # what gravity takes of a joint likewise: 1.2 to 1.5 fr
 WEIGHED_AGAIN = 0.02  # share by which a length may have changed since a machine was weighed
 ROD_SHARE = 0.5  # of a rod's mass that grows with its length: the rest are its ends
 COUPLE_MOST = 0.75  # that is asked for at most: more costs nearly all of the cube
-KAPPA = 2.5  # largest condition number where none is asked: of a handle that feels alike in all directions
+KAPPA_MAX = 2.5  # default largest condition number: of a handle that feels alike in all directions
 LEAN_DEG = 28.0  # of rods, where none is asked: what the ball joints are made for
 SHOULDER_DEG = (-60.0, 65.0)  # where none is asked: arms stay off the base, and off their neighbours
 NARROWER, WIDER = 0.6, 1.5  # of a base radius for one of width: keys ask for 43, 40, 37 mm beside 38, 42, 46 mm, say
@@ -157,11 +156,10 @@ class Corrections:
         overhead_mm: What the machine takes beyond eq. (1) of its outline, along y and along x.
         reach: Of a chain of a placed machine; None: its bar, and the overhead of a symmetric machine beyond it.
         height_beyond_mm: What parts take of the height of a machine beyond its cube's top over the shoulder axes.
-        couple_index_min: Least couple index to ask for.
+        couple_index_min: Least rotational stiffness index that its parts need.
         couple_per_mm: The same for each mm of a knob's lever behind a panel, which the cube's side goes into; 0 where
             there is no panel.
         side_most_mm: Largest side of the cube to ask for.
-        kappa_max: Largest condition number to ask for.
         elbow_angle_deg: Least angle between upper arm and rods to ask for.
         shoulder_low_deg: Least angle of an upper arm, 0 is level.
         pull_N: Most torque of a joint at any moment over its sector's radius: beyond, the cable pulls too hard at the
@@ -180,10 +178,9 @@ class Corrections:
     overhead_mm: tuple[float, float] = (10.0, 13.5)
     reach: ChainReach | None = None
     height_beyond_mm: float = 0.0
-    couple_index_min: float = COUPLE_INDEX
+    couple_index_min: float = 0.0
     couple_per_mm: float = 0.0
     side_most_mm: float = inf
-    kappa_max: float = KAPPA
     elbow_angle_deg: float = 0.0
     shoulder_low_deg: float = -90.0
     pull_N: float = inf

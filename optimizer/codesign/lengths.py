@@ -23,6 +23,7 @@ from delta_cad.mechanism.limits import HandleInertia, Outline
 from optimizer.codesign.candidate import PEAK_MARGIN, Candidate, effective_mass_kg
 from optimizer.codesign.corrections import (
     COUPLE_MOST,
+    KAPPA_MAX,
     KNOB_MM,
     LEAN_DEG,
     REAR_PAIR,
@@ -166,8 +167,8 @@ def to_requirements(
     required: dict[str, Any] = {
         "parallelogram_width_mm": choice.width_mm,
         "outline_overhead_mm": list(overhead),
-        "kappa_max": min(brief.feel.kappa_max or corrections.kappa_max, corrections.kappa_max) * (1.0 - room),
-        "couple_index_min": max(brief.feel.couple_index_min or 0.0, corrections.couple_index_min) * (1.0 + room),
+        "kappa_max": (brief.feel.kappa_max or KAPPA_MAX) * (1.0 - room),
+        "couple_index_min": max(brief.couple_index_min, corrections.couple_index_min) * (1.0 + room),
         "lean_max_deg": (limits.lean_max_deg or LEAN_DEG) - room_deg,
         "shoulder_deg": [max(low_deg, corrections.shoulder_low_deg) + room_deg, high_deg - room_deg],
         "gravity_torque_N_m": corrections.held_torque_N_m,
@@ -459,7 +460,7 @@ def _largest(
     if not corrections.couple_per_mm:
         return _largest_held(brief, choice, corrections, start_mm, seed, rounds, target, tick)
     required = (target is None and brief.requirements.cube_side_mm) or 0.0
-    low, high = corrections.couple_index_min, COUPLE_MOST
+    low, high = max(brief.couple_index_min, corrections.couple_index_min), COUPLE_MOST
     best: Result | None = None
     for _ in range(_LEVERS):
         index = (low + high) / 2.0

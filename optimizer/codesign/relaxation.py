@@ -49,6 +49,8 @@ _COSTED = {
     "requirements.cube_side_mm": (0.95, 0.0),
     "feel.kappa_max": (1.05, 0.0),
     "feel.effective_mass_max_kg": (1.25, 0.0),
+    "feel.friction_max_N": (1.1, 0.0),
+    "feel.position_step_max_mm": (1.1, 0.0),
     "feel.couple_index_min": (0.9, 0.0),
     "limits.lean_max_deg": (1.0, 2.0),
     "limits.outline_radius_max_mm": (1.0, 2.0),
@@ -80,9 +82,10 @@ class Relaxation:
             for name, enough, requested in zip(self.fields, self.enough, self.requested, strict=True)
         )
 
-    def further(self, factor: float) -> DesignBrief:
-        """The task with what gives easier by another factor: closed forms do not see all."""
-        return _eased(self.brief, self.fields, self.enough, factor)
+    def further(self, factor: float) -> Relaxation:
+        """The same with limits eased by another factor: closed forms do not see all."""
+        task = _eased(self.brief, self.fields, self.enough, factor)
+        return replace(self, brief=task, enough=tuple(task.value(name) or 0.0 for name in self.fields))
 
     @property
     def share(self) -> float:
@@ -135,7 +138,7 @@ def _together(search: Search, groups: list[tuple[str, ...]], hardware: list[Sele
 
 def _relaxation(search: Search, fields: tuple[str, ...], hardware: list[Selection]) -> Relaxation | None:
     """Finds how much is enough of limits that give together, of the hardware that needs least; None: more than MOST."""
-    search.begin(f"what {' and '.join(fields)} cost")
+    search.begin(f"how far {' and '.join(fields)} must change")
     requested = _required(search, fields)
     relaxation: Relaxation | None = None
 

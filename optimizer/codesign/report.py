@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 _UNITS = {
     "cube_side": "mm of cube",
     "outline": "mm of width and depth",
-    "effective_mass": "kg felt",
+    "effective_mass": "kg effective mass",
     "cost": "EUR",
 }
 _NO_BOUND = "none"  # of a bound that is not proved
@@ -110,7 +110,7 @@ FIGURES = (
     _Figure("outline_radius_mm", "R + L_A", "mm", "limits.outline_radius_max_mm"),
     _Figure("clearance_mm", "clearance", "mm", "requirements.clearance_min_mm", True, "clearance"),
     _Figure("kappa_max", "condition number", "", "feel.kappa_max", check="kappa"),
-    _Figure("couple_index_min", "couple index", "", "feel.couple_index_min", True, "couple index"),
+    _Figure("couple_index_min", "rotational stiffness index", "", "feel.couple_index_min", True, "couple index"),
     _Figure("position_step_max_mm", "position step", "mm", "feel.position_step_max_mm", check="position step"),
     _Figure("lean_deg", "lean of the rods", "deg", "limits.lean_max_deg", check="lean"),
     _Figure("elbow_angle_deg", "angle at the elbow", "deg", "limits.elbow_angle_min_deg", True, "elbow angle"),

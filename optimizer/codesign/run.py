@@ -32,7 +32,7 @@ _OTHERS_SHARE = 0.05  # of the time: for the bound of symmetric machines beside 
 _STATED = 0.5  # share by which a bound may exceed its machine, and still be stated
 HURRIED = "half of the time had gone without a machine: ratio, pinion and width were not improved to the end"
 NO_DIRECT_DRIVE = "half of the time had gone: no direct drive was tried in place of the capstan, --minutes gives more"
-NO_BOUND = "no useful bound on the cubes of this family was proved in its share of the time, --minutes gives more"
+NO_BOUND = "no useful bound on the cubes of this family was proved in its share of the time"
 _NEAREST, _NEAREST_NAME = 2, "-nearest"  # eased tasks of which one is built, and the end of its name
 _EASIER = (1.0, 1.12, 1.25, 1.5)  # factors by which what gives does so once more, where no machine of it passes
 
@@ -44,7 +44,7 @@ class Run:
     Attributes:
         out: Folder of the folders of machines.
         seed: Of everything random.
-        command: The one that gives the same design.
+        command: The one that gives the same design, in the folder of the requirements file.
         limit_s: The time that it has.
         clock: Seconds that count, since it began.
         memoize: Keeps what was computed, as `Journal.memoize` does.
@@ -196,7 +196,7 @@ class Builder:
             proved = self._bound(built_candidate, known)
             if proved is None:
                 built.remarks.append(NO_BOUND)
-        run.show("a direct drive")
+        run.show("direct drive in place of the capstan")
         left_out = stated.hardware.drive != "direct" and self._hurried()
         alternative = NO_DIRECT_DRIVE if left_out else direct_alternative(brief, stated)
         self._closes_s = run.clock()
@@ -229,18 +229,23 @@ def nearest_machine(
     """
     found = relaxation.minimal_relaxations(search)
     eased += map(str, found)
-    for one in eased:
-        say(f"closed forms have a machine with {one}")
+    for words in eased:
+        say(f"closed forms have a machine with {words}")
     corrections: dict[tuple[str, ...], dict[tuple[str, str], Corrections]] = {}  # what failed teaches holds of the next
     name = f"{search.brief.name[: NAME_LONGEST - len(_NEAREST_NAME)]}{_NEAREST_NAME}"
     with suppress(OutOfTimeError):
-        for one, factor in [(one, factor) for factor in _EASIER for one in found[:_NEAREST]]:
-            builder = Builder(run, one.further(factor).model_copy(update={"name": name}), bounding=False)
+        for one in [one.further(factor) for factor in _EASIER for one in found[:_NEAREST]]:
+            builder = Builder(run, one.brief.model_copy(update={"name": name}), bounding=False)
             choice, known = one.start.choice, replace(one.start.corrections, why=())
             near, builder.facts = builder.search, facts
             near.finely, near.phase = False, search_log.NEAREST
             near.corrections = corrections.setdefault(one.fields, {(choice.motor, choice.drive): known})
             near.built(choice, -math.inf, one.start.lengths_mm)
             if facts:
-                say(f"the nearest machine stands in {facts['folder']}")
+                say(f"the nearest machine stands in {facts['folder']}, with {one}")
                 return
+        if found:
+            tried = f"the first {min(_NEAREST, len(found))} of these changes, up to {_EASIER[-1]:g} times further"
+            say(f"no machine passed every check with {tried}")
+        elif not run.over():
+            say(f"no change of limits up to a factor of {relaxation.MOST:g} was enough")

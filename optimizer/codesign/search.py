@@ -284,7 +284,7 @@ class Search:
             if corrections.interferences != built.interferences:  # of use to other widths, whatever comes of this one
                 built = replace(built, interferences=corrections.interferences)
                 self.corrections[key] = built
-        raise InconclusiveError("closed forms and weights did not come to agree")
+        raise InconclusiveError(f"lengths and masses did not converge in {_TRIES} steps")
 
     def _weighed(self, design: Design) -> SolidResults:
         """Masses and ball joint friction of a design; raises as `weigh`."""
@@ -335,7 +335,7 @@ class Search:
         symmetric, known = self.symmetric[key]
         found = self.built(refined, max(least, worth_placing(self.brief, symmetric)))
         if found is None:
-            self.tell(f"{' '.join(key)}: no machine with placed chains passes that pays; the three-fold symmetric one")
+            self.tell(f"{' '.join(key)}: no machine with placed chains passes and pays; building the symmetric one")
             self.corrections[key] = known
             found = self.built(symmetric, least)
         return found
@@ -373,7 +373,7 @@ class Search:
             if found and (self.hurried() or score + HOPE * abs(score) <= max(one for one, _ in found)):
                 break
             self.phase = search_log.PARTS._replace(done=number, total=min(RANKED, number + len(rest)))
-            self.begin(f"what the parts of {choice.motor} leave")
+            self.begin(f"cube with the parts of {choice.motor}")
             del rest[0]
             if (fixed_point := self._fixed_point_near(choice, weighing=False)) is None:
                 self.log.ended(f"{choice.motor} {choice.drive}")
@@ -437,7 +437,7 @@ class Search:
     def _estimate(self, choice: Selection, start_mm: Lengths | None = None) -> Found | None:
         """The best lengths of a choice, of parts that nobody looked at; None where there are none."""
         self.log.candidates += 1
-        self.begin(f"estimating {choice.motor} at {choice.ratio:g}:1, {choice.width_mm:g} mm wide")
+        self.begin(f"estimating {choice.motor} at {choice.ratio:g}:1, rods {choice.width_mm:g} mm apart")
         known = self.corrections.get((choice.motor, choice.drive))
         return self._lengths(choice, known or self._first_corrections(choice), start_mm, 1)
 
@@ -460,7 +460,7 @@ class Search:
             return symmetric
         choice, key = symmetric.choice.with_(placed=True), (symmetric.choice.motor, symmetric.choice.drive)
         known, given_up = dict(self.corrections), (dict(self.log.no_progress), set(self.log.inconclusive))
-        self.begin(f"{self._words(symmetric.score)} with symmetric ones: chains placed for the outline")
+        self.begin(f"placing the chains for the outline; symmetric chains give {self._words(symmetric.score)}")
         self.ready = self.ready and symmetric  # which is refined, and stands whatever the time is
         found = self._weighed_again(self.fixed_point(choice, symmetric.lengths_mm))  # limits are learnt anew near by
         if found is not None:
@@ -469,7 +469,7 @@ class Search:
         placed, self.corrections = self.corrections, dict(known)
         even = self.fixed_point(symmetric.choice, symmetric.lengths_mm) or symmetric  # weighed, if its weights pass
         words = f"{self._words(found.score) if found else 'no lengths'} with placed chains"
-        self.log.placed.append(f"{' '.join(key)}: {words}, {self._words(even.score)} with symmetric ones")
+        self.log.placed.append(f"{' '.join(key)}: {words}, {self._words(even.score)} with symmetric chains")
         self.tell(self.log.placed[-1])
         if found is None or is_symmetric(found.lengths_mm) or found.score <= worth_placing(self.brief, even):
             self.corrections, (self.log.no_progress, self.log.inconclusive) = known, given_up
@@ -572,7 +572,7 @@ class Search:
             choice = candidate.choice
             named = f"{candidate.side_mm:.2f} mm with {choice.motor} at {choice.ratio:g}:1"
             self.phase = search_log.BUILDING if self.finely else search_log.NEAREST
-            self.begin(f"{named}: what moves")
+            self.begin(f"{named}: clearance and outline in motion")
             outcome = None
             try:  # most that fails fails here, in a quarter of the time
                 results = self.moving(candidate.design)

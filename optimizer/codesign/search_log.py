@@ -94,7 +94,7 @@ class SearchLog:
 def worded(objective: str, score: float) -> str:
     """Says what a score of an objective is."""
     words = {"cube_side": f"{score:.2f} mm of cube", "cost": f"{-score:.0f} EUR"}
-    words["effective_mass"] = f"{-score:.4g} kg felt"
+    words["effective_mass"] = f"{-score:.4g} kg effective mass"
     return words.get(objective, f"{-score:.2f} mm of width and depth")
 
 
@@ -172,17 +172,17 @@ def verdict(log: SearchLog, end: End, stands: bool) -> tuple[Verdict, str]:
     Returns:
         The verdict, and what it rests on, or what was left open; "" where a machine stands.
     """
-    left = f"not looked at to the end: {', '.join(log.left)}" if log.left else ""
+    left = f"not fully searched: {', '.join(log.left)}" if log.left else ""
     if end == "stopped":
         return Verdict.STOPPED, left
     if stands:
         return Verdict.BUILT, ""
     if log.impossible:
-        return Verdict.INFEASIBLE, "excluded before hardware is searched, by what the next line states"
+        return Verdict.INFEASIBLE, log.impossible[0]
     if left:
         return Verdict.NOT_FOUND, left
     if log.inconclusive or not log.no_progress:
-        return Verdict.NOT_FOUND, f"the search knew no further candidate of {', '.join(sorted(log.inconclusive))}"
+        return Verdict.NOT_FOUND, f"no further candidate to try of {', '.join(sorted(log.inconclusive))}"
     return (
         Verdict.INFEASIBLE,
         f"none of {len(log.no_progress)} motors and drives has a machine; no proof, as lengths are local optima",

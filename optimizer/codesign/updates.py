@@ -12,6 +12,7 @@ import numpy as np
 
 from delta_cad.checks.report import CheckResult
 from delta_cad.common.units import MM_PER_M
+from delta_cad.design.feel_defaults import COUPLE_INDEX
 from delta_cad.design.stands import gaps_of
 from delta_cad.dimensions import DimensionError
 from delta_cad.dimensions.capstan import rim_y_mm
@@ -164,9 +165,9 @@ def from_refusals(
         elif (field.startswith("requirements.") or not field) and brief.panel is not None:
             overloads.append((reason.reason.margin or 1.0, str(reason)))
         elif field.startswith("requirements.") or not field:
-            corrections = _stiffer(corrections, str(reason))
+            corrections = _stiffer(corrections, brief.couple_index_min, str(reason))
     if overloads:
-        corrections = _levered(corrections, 2.0 * lengths_mm[SIDE], *min(overloads))
+        corrections = _levered(corrections, brief.couple_index_min, 2.0 * lengths_mm[SIDE], *min(overloads))
     if (choice, corrections) == before:
         raise NoProgressError("; ".join(str(reason) for reason in reasons))
     return choice, corrections
@@ -280,27 +281,33 @@ def from_stiffness(corrections: Corrections, least: float, requested: float, des
     Raises:
         NoProgressError: More hold against turning is not to be had.
     """
-    why = f"stiffness at the knob {least:.3g} N/mm, {requested:g} asked"
+    why, index = f"stiffness at the knob {least:.3g} N/mm, {requested:g} asked", _index_min(design)
     if design.panel is not None:
-        return _levered(corrections, 2.0 * design.cube.half_side_mm, math.sqrt(least / requested), why)
-    found = _stiffer(corrections, why)
+        return _levered(corrections, index, 2.0 * design.cube.half_side_mm, math.sqrt(least / requested), why)
+    found = _stiffer(corrections, index, why)
     if found is corrections:
         raise NoProgressError(
-            f"the knob has {least:.3g} N/mm at a couple index of {COUPLE_MOST:g}; {requested:g} asked"
+            f"the knob has {least:.3g} N/mm at a rotational stiffness index of {COUPLE_MOST:g}; {requested:g} asked"
         )
     return found
 
 
-def _stiffer(corrections: Corrections, why: str) -> Corrections:
-    """Asks for more hold against turning, which makes rods' forces smaller and the knob stiffer."""
-    index = min(corrections.couple_index_min + COUPLE_STEP, COUPLE_MOST)
-    return corrections if index == corrections.couple_index_min else corrections.updated(why, couple_index_min=index)
+def _index_min(design: Design) -> float:
+    """The least rotational stiffness index of a candidate: the set limit, or the default."""
+    return design.requirements.couple_index_min or COUPLE_INDEX
 
 
-def _levered(corrections: Corrections, side_mm: float, share: float, why: str) -> Corrections:
+def _stiffer(corrections: Corrections, required: float, why: str) -> Corrections:
+    """Raises the rotational stiffness index over what is required: rods' forces fall, and the knob becomes stiffer."""
+    known = max(required, corrections.couple_index_min)
+    index = min(known + COUPLE_STEP, COUPLE_MOST)
+    return corrections if index <= known else corrections.updated(why, couple_index_min=index)
+
+
+def _levered(corrections: Corrections, required: float, side_mm: float, share: float, why: str) -> Corrections:
     """Raises the couple index per mm of a knob's lever behind a panel, by a part's ratio of load to allowable load."""
     least, most = LEVER_STEPS
-    now = max(corrections.couple_per_mm, corrections.couple_index_min / (side_mm + KNOB_MM))
+    now = max(corrections.couple_per_mm, max(required, corrections.couple_index_min) / (side_mm + KNOB_MM))
     return corrections.updated(why, couple_per_mm=now * max(min(most, max(share, _LITTLE) ** -LEVER_EXPONENT), least))
 
 
@@ -357,10 +364,11 @@ def from_checks(candidate: Candidate, corrections: Corrections, results: Iterabl
             more = corrections.torque_margin_N_m + (short if result.limit else 0.0) + TORQUE_MARGIN_N_M
             corrections = corrections.updated(why, torque_margin_N_m=more)
         elif result.name.startswith("structure") and candidate.design.panel is not None:
-            known = max(corrections.couple_per_mm, candidate.corrections.couple_per_mm)
-            corrections = _levered(replace(corrections, couple_per_mm=known), candidate.side_mm, 1.0, why)
+            per_mm = max(corrections.couple_per_mm, candidate.corrections.couple_per_mm)
+            known = replace(corrections, couple_per_mm=per_mm)
+            corrections = _levered(known, _index_min(candidate.design), candidate.side_mm, 1.0, why)
         elif result.name.startswith("structure"):
-            corrections = _stiffer(corrections, why)
+            corrections = _stiffer(corrections, _index_min(candidate.design), why)
         elif result.name in _REACHED:
             corrections = _chains_apart(candidate, corrections, _REACHED_STEP_MM, why, result.worst_pair or ())
         elif result.name == _APART:

@@ -123,7 +123,7 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
                 compiling.send(None)
                 from optimizer.codesign.run import Builder, Run, nearest_machine
 
-                command = f"python -m optimizer design {given.requirements.name} --seed {given.seed}"
+                command = _recorded(given)
                 run = Run(given.out, given.seed, command, limit_s, clock, journal.memoize, line.show, line.keep)
                 builder = Builder(run, brief)
                 builder.search.best()
@@ -132,9 +132,6 @@ def _designed(given: argparse.Namespace, brief: DesignBrief, journal: Journal) -
                     known = "not possible as stated" if builder.search.log.impossible else "no machine found"
                     _say(given, f"{known}; looking for limits whose change makes one possible")
                     nearest_machine(run, builder.search, lambda text: _say(given, text), eased, near)
-                    if not near and clock() <= limit_s:
-                        none = "no machine with these limits passed every check: none was built"
-                        _say(given, none if eased else "no change of limits up to a factor of ten was enough")
         except OutOfTimeError:
             end = "time"
         except KeyboardInterrupt:
@@ -174,22 +171,34 @@ def _judged(given: argparse.Namespace, log: SearchLog, end: End, facts: dict[str
     from optimizer.codesign.search_log import verdict
 
     ends, why = verdict(log, end, bool(facts))
-    why = shown(facts) if facts else f"{given.requirements.name}: {why}"
-    first, open_ = f"{ends}: {why}".removesuffix(": "), end != "done" and bool(log.left)
+    words = shown(facts) if facts else f"{given.requirements.name}: {why}"
+    first, open_ = f"{ends}: {words}".removesuffix(": "), end != "done" and bool(log.left)
     lines = [f"{_AMBER}{first}{_PLAIN}" if facts.get("poor") and sys.stdout.isatty() else first]
     if ends.code == CUT_SHORT or open_:
         lines.append(_command(given, given.seed if end != "done" else given.seed + 1, resume=end != "done"))
     if facts:
-        left = f"not looked at to the end: {', '.join(log.left)}"
+        left = f"not fully searched: {', '.join(log.left)}"
         page = (Path(facts["folder"]) / "design.md").read_text(encoding="utf-8")
         opens = f"open {Path(facts['folder']) / 'report.html'}"
         lines += [left] * open_ + ([] if given.json else page.splitlines()) + [f"files in {facts['folder']}", opens]
     else:
-        lines += log.reasons
+        lines += [one for one in log.reasons if one != why]
     ProgressLine.event("verdict", verdict=str(ends), text=first)
     for line in [] if given.json and facts and ends.code != CUT_SHORT else lines:
         _say(given, line)
     return ends
+
+
+def _options(given: argparse.Namespace) -> list[str]:
+    """Writes the options on which a result depends, beside the seed."""
+    words = [] if given.minutes == MINUTES else ["--minutes", f"{given.minutes:g}"]
+    return words + ([] if given.catalogue is None else ["--catalogue", quote(str(given.catalogue))])
+
+
+def _recorded(given: argparse.Namespace) -> str:
+    """Writes the command that a design file records."""
+    words = ["python -m optimizer design", quote(given.requirements.name), "--seed", str(given.seed)]
+    return " ".join([*words, *_options(given)])
 
 
 def _command(given: argparse.Namespace, seed: int, resume: bool) -> str:
@@ -197,8 +206,7 @@ def _command(given: argparse.Namespace, seed: int, resume: bool) -> str:
     words = ["python -m optimizer design", quote(str(given.requirements))]
     words += [] if given.out == OUT else ["--out", quote(str(given.out))]
     words += ["--seed", str(seed)] if seed else []
-    words += [] if given.minutes == MINUTES else ["--minutes", f"{given.minutes:g}"]
-    words += [] if given.catalogue is None else ["--catalogue", quote(str(given.catalogue))]
+    words += _options(given)
     words += ["--progress", given.progress] if given.progress != "text" else []
     words += ["--json"] if given.json else []
     return " ".join([*words, *(["--resume"] if resume else [])])

@@ -17,6 +17,7 @@ from delta_cad import catalogue
 from delta_cad.common.refusal import short
 from delta_cad.common.units import DOWN
 from delta_cad.design import NAME_PATTERN
+from delta_cad.design.feel_defaults import COUPLE_INDEX
 from delta_cad.design.record import Panel
 from delta_cad.design.task import LEAST, Gravity, Section, Task, limit_fields
 from optimizer.problem.contradictions import beyond_proof, limit_values, peaks, swapped
@@ -207,6 +208,11 @@ class DesignBrief(Section):
         tables = {name: getattr(self, name).model_dump() for name in ("limits", "requirements", "feel")}
         known = {f"{t}.{f}": value for t, fields in tables.items() for f, value in fields.items() if value is not None}
         return limit_values({field: value for field, value in known.items() if field not in UNUSED})
+
+    @property
+    def couple_index_min(self) -> float:
+        """Least rotational stiffness index of a candidate: the set limit, or the default."""
+        return self.feel.couple_index_min or COUPLE_INDEX
 
     @property
     def choices(self) -> dict[str, tuple[Any, ...]]:

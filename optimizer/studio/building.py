@@ -98,7 +98,6 @@ _SHOWN = (
     "ratio",
     "outline_mm",
     "binding",
-    "contradiction",
     "nearest",
 )
 

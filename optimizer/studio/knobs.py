@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from delta_cad.design.feel_defaults import COUPLE_INDEX
+from optimizer.codesign.corrections import KAPPA_MAX
 from optimizer.problem.brief import DesignBrief
 
 WIDTH, DEPTH = "requirements.envelope_width_mm", "requirements.envelope_depth_mm"
@@ -30,6 +32,7 @@ class Knob:
         start: Value that a limit begins with that was not stated.
         eases: 1 where a larger value is easier to meet, -1 where a smaller one is.
         optional: Whether it may be left out of the file.
+        without: What holds where it is left out.
     """
 
     field: str
@@ -41,6 +44,7 @@ class Knob:
     start: float
     eases: int
     optional: bool = True
+    without: str = "not limited"
 
     def holding(self, value: float | None) -> Knob:
         """Gives the same slider with a range that holds a value."""
@@ -49,6 +53,8 @@ class Knob:
         return replace(self, low=min(self.low, value), high=max(self.high, 1.5 * value))
 
 
+_DEFAULT = "{:g}, the default".format
+
 KNOBS = (
     Knob(WIDTH, "outline width", "mm", 120.0, 600.0, 1.0, 270.0, 1, optional=False),
     Knob(DEPTH, "outline depth", "mm", 120.0, 600.0, 1.0, 220.0, 1, optional=False),
@@ -56,11 +62,11 @@ KNOBS = (
     Knob(HEIGHT, "height, at most", "mm", 80.0, 900.0, 1.0, 300.0, 1),
     Knob(FORCE, "continuous force", "N", 0.5, 20.0, 0.1, 3.0, -1, optional=False),
     Knob(PEAK, "peak force", "N", 1.0, 60.0, 0.1, 8.0, -1),
-    Knob(KAPPA, "condition number κ, at most", "", 1.2, 4.0, 0.01, 2.27, 1),
+    Knob(KAPPA, "condition number κ, at most", "", 1.2, 4.0, 0.01, 2.27, 1, without=_DEFAULT(KAPPA_MAX)),
     Knob(MASS, "effective mass, at most", "kg", 0.1, 2.0, 0.005, 0.4, 1),
     Knob(FRICTION, "friction, at most", "N", 0.1, 4.0, 0.01, 0.8, 1),
     Knob(STIFFNESS, "stiffness, at least", "N/mm", 1.0, 60.0, 0.5, 15.0, -1),
-    Knob(COUPLE, "couple index, at least", "", 0.05, 0.75, 0.01, 0.4, -1),
+    Knob(COUPLE, "rotational stiffness index, at least", "", 0.05, 0.75, 0.01, 0.4, -1, without=_DEFAULT(COUPLE_INDEX)),
 )
 _SHOWN = (FORCE, PEAK, KAPPA, MASS, FRICTION, STIFFNESS, COUPLE)  # of every task; the others where they are stated
 

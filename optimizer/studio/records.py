@@ -27,7 +27,7 @@ _FIGURES = {
     "kappa": "condition number",
     "effective_mass": "effective mass",
     "friction": "friction",
-    "couple_index": "couple index",
+    "couple_index": "rotational stiffness index",
     "torque": "joint torque",
     "lean": "lean of the rods",
 }
@@ -49,21 +49,6 @@ class Drawer:
         before, found_sizes = self._sizes, sizes(found)
         self._sizes = found_sizes or before
         return self._sizes != before
-
-
-def knob(one: Knob) -> dict[str, Any]:
-    """Describes a slider."""
-    return {
-        "field": one.field,
-        "words": one.words,
-        "unit": one.unit,
-        "low": one.low,
-        "high": one.high,
-        "step": one.step,
-        "start": one.start,
-        "eases": one.eases,
-        "optional": one.optional,
-    }
 
 
 def motors(brief: DesignBrief) -> list[dict[str, str]]:

@@ -41,7 +41,7 @@ WORDS = {
     "effective_mass": "effective mass",
     "friction": "friction",
     "position_step": "position step",
-    "couple_index": "couple index",
+    "couple_index": "rotational stiffness index",
     "outline": "outline",
     "height": "height",
     "elbow_outside": "elbow outside its wrist",

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from threading import Condition, Lock, Thread
 from time import monotonic
@@ -136,7 +136,7 @@ class Session:
             "name": self.brief.name,
             "file": self.path.name,
             "goal": self.brief.objective,
-            "knobs": [records.knob(one) for one in self.knobs],
+            "knobs": [asdict(one) for one in self.knobs],
             "motors": records.motors(self.brief),
             "ratio": {"low": low, "high": high},
             "width": {"low": _WIDTHS_MM[0], "high": _WIDTHS_MM[1]},

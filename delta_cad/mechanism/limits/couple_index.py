@@ -200,7 +200,9 @@ class CoupleIndex(ThresholdLimit):
 
     name: ClassVar = "couple_index"
     fields_: ClassVar = (
-        Field("couple_index_min", "least couple index: hold of the rod pairs against turning", gt=0, lt=1),
+        Field(
+            "couple_index_min", "least rotational stiffness index: hold of the rod pairs against turning", gt=0, lt=1
+        ),
     )
     keys: ClassVar = {"couple_index_min": "couple_index_min"}
     output_key: ClassVar = "min_couple_index"

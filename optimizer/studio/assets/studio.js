@@ -87,7 +87,7 @@
     }
     const words = node(label, "span", "", knob.words);
     if (!check) label.htmlFor = id;
-    else words.title = "without the tick: not limited";
+    else words.title = `without the tick: ${knob.without}`;
     const output = node(row, "output");
     const range = node(box, "input");
     Object.assign(range, { type: "range", id, min: knob.low, max: knob.high, step: knob.step });
@@ -117,8 +117,8 @@
     box.classList.toggle("off", value === null);
     if (check) check.checked = value !== null;
     range.value = value ?? knob.start;
-    range.setAttribute("aria-valuetext", value === null ? "not limited" : `${value} ${knob.unit}`);
-    output.textContent = value === null ? "not limited" : `${told(value, knob.step)} ${knob.unit}`;
+    range.setAttribute("aria-valuetext", value === null ? knob.without : `${value} ${knob.unit}`);
+    output.textContent = value === null ? knob.without : `${told(value, knob.step)} ${knob.unit}`;
   }
 
   function hardware(own) {
@@ -177,7 +177,7 @@
     for (const own of knobs.values()) own.price.classList.toggle("stale", !fresh || !current(detailed));
     get("price-ratio").classList.toggle("stale", !fresh || !current(detailed));
     let [kind, text] = ["about", "moving: solving"];
-    if (fresh && none) [kind, text] = answered.state === "none" ? ["none", "no machine meets these"] : ["about", "none near the last lengths"];
+    if (fresh && none) [kind, text] = answered.state === "none" ? ["none", "no lengths found with this hardware"] : ["about", "none near the last lengths"];
     else if (fresh && answered.state === "proved") [kind, text] = ["proved", "proved over the whole cube"];
     else if (fresh && answered.state === "open") [kind, text] = ["open", `not proved: ${answered.open.join(", ")}`];
     else if (fresh) [kind, text] = ["about", "about; proof follows at rest"];
@@ -404,8 +404,7 @@
     get("bar").firstElementChild.style.width = over === null ? "" : `${100 * over}%`;
     const side = message.facts.cube_side_mm;
     const won = message.state === "built" && side ? `cube ${side.toFixed(2)} mm, ${message.facts.motor} at ${message.facts.ratio}:1, all checks pass` : "";
-    const lost = message.facts.contradiction ? message.facts.contradiction.join("; ") : message.error;
-    get("build-now").textContent = on ? message.verdict || step(message) : won || lost || message.now;
+    get("build-now").textContent = on ? message.verdict || step(message) : won || message.verdict || message.error || message.now;
     const { left_s: left, best } = message.at;
     const more = [best && `best so far ${best}`, left !== undefined && `about ${minutes(left)} left`, message.now];
     get("build-doing").textContent = on ? more.filter(Boolean).join(" · ") : "";

@@ -114,7 +114,7 @@ def test_figures_that_differ_come_with_both_values_and_which_is_better(
     # a smaller cube is never worse in what is worst over it
     for words, sense in (
         ("conditioning (kappa), worst", 1),
-        ("couple index, least", -1),
+        ("rotational stiffness index, least", -1),
         ("lean of the rods, largest", 1),
     ):
         assert sense * (differ[words]["a"] - differ[words]["b"]) > 0.0

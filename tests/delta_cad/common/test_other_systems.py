@@ -209,7 +209,8 @@ def test_a_command_whose_library_is_missing_names_the_extra_that_has_it(
         return
     assert done.returncode != 0
     assert (
-        f"is not installed: make install, or pip install '.[{extras}]', in a checkout of delta-haptics" in done.stderr
+        "is not installed in this Python: make install and start .venv/bin/python, or pip install "
+        f"'.[{extras}]', in a checkout of delta-haptics" in done.stderr
     )
     assert "Traceback" not in done.stderr
 

@@ -145,6 +145,25 @@ def test_more_room_and_more_mass_buy_a_larger_cube() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("felt", "kappa", "index"),
+    [
+        ({}, 2.5, 0.4),
+        ({"kappa_max": 3.2, "couple_index_min": 0.25}, 3.2, 0.25),
+        ({"kappa_max": 2.0, "couple_index_min": 0.5}, 2.0, 0.5),
+    ],
+)
+def test_limits_replace_their_defaults_whether_looser_or_tighter(
+    felt: dict[str, float], kappa: float, index: float
+) -> None:
+    """And what parts need of the index holds beside them."""
+    required, inertia = brief({"envelope_width_mm": 270.0, "envelope_depth_mm": 220.0}, felt), CORRECTIONS.mass_estimate
+    for known, needed in ((CORRECTIONS, index), (replace(CORRECTIONS, couple_index_min=0.45), max(index, 0.45))):
+        posed = to_requirements(required, CHOICE, known, inertia.inertia(90.0, 130.0, CHOICE.ratio))
+        assert posed.limits.kappa_max == pytest.approx(kappa, rel=1e-3)
+        assert posed.limits.couple_index_min == pytest.approx(needed, rel=1e-3)
+
+
 def test_the_least_outline_for_a_cube_is_the_one_that_just_holds_it() -> None:
     """Once the outline is found for a cube, that outline's largest cube is the same again."""
     required = brief({"cube_side_mm": 80.0}, goal={"minimize": "outline"})

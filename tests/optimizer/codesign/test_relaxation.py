@@ -124,7 +124,7 @@ def test_limits_of_which_none_alone_is_enough_give_together_and_no_more_of_them_
     force, side = one.enough
     assert 110.0 / side == pytest.approx(20.0 / force)  # by one factor
     assert able(one.brief)
-    assert not able(one.further(1.0 / FINE / 1.001))
+    assert not able(one.further(1.0 / FINE / 1.001).brief)
     assert one.brief.feel.effective_mass_max_kg == 0.5
     assert "requirements.force_N" in str(one)
     assert "requirements.cube_side_mm" in str(one)

@@ -175,7 +175,7 @@ def test_where_nothing_failed_no_lesson_is_announced() -> None:
 def test_few_candidates_and_those_of_which_less_is_better_are_drawn(posed: list[Trial]) -> None:
     dots = page(posed, None, "effective_mass").all("circle")
     for one, dot in zip(posed, dots, strict=False):  # those of the key come after them
-        assert f"{abs(one.score):.4g} kg felt" in dot.text
+        assert f"{abs(one.score):.4g} kg effective mass" in dot.text
 
 
 @pytest.mark.parametrize(("low", "high", "first", "step"), [(69.3, 84.3, 70.0, 2.0), (0.31, 0.36, 0.31, 0.01)])

@@ -173,10 +173,11 @@ def test_widths_are_taken_to_the_side_that_is_required() -> None:
         assert from_refusals(brief(), CHOICE, KNOWN, [reason])[0].width_mm == width
 
 
-def test_loads_that_no_part_bears_ask_for_more_hold() -> None:
+@pytest.mark.parametrize(("stated", "least"), [(None, 0.4), (0.3, 0.3), (0.5, 0.5)])
+def test_loads_that_no_part_bears_ask_for_more_hold(stated: float | None, least: float) -> None:
     weak = estimate("structure", "ball joint", "why", "requirements.peak_force_N", 6.0)
-    _, corrections = from_refusals(brief(), CHOICE, KNOWN, [weak])
-    assert corrections.couple_index_min == pytest.approx(KNOWN.couple_index_min + 0.03)
+    _, corrections = from_refusals(brief().with_values({"feel.couple_index_min": stated}), CHOICE, KNOWN, [weak])
+    assert corrections.couple_index_min == pytest.approx(least + 0.03)
     held = replace(KNOWN, couple_index_min=COUPLE_MOST)
     with pytest.raises(NoProgressError, match="ball joint"):
         from_refusals(brief(), CHOICE, held, [weak])
@@ -189,7 +190,7 @@ def test_behind_a_panel_the_worst_load_asks_for_more_hold_for_each_mm_of_the_kno
         estimate("structure", a, "why", "requirements.force_N", 4.0, margin=m) for a, m in (("a", 0.8), ("b", 0.9))
     ]
     _, corrections = from_refusals(behind, CHOICE, KNOWN, loads, (*LENGTHS[:5], 27.5))
-    per_mm = KNOWN.couple_index_min / (55.0 + KNOB_MM)
+    per_mm = 0.4 / (55.0 + KNOB_MM)
     assert corrections.couple_per_mm == pytest.approx(per_mm * 0.8**-LEVER_EXPONENT)
     assert corrections.couple_index_min == KNOWN.couple_index_min
     nothing = [estimate("structure", "a", "why", "requirements.force_N", 4.0, margin=1e-9)]
