@@ -24,6 +24,7 @@ from optimizer.codesign.corrections import (
     Corrections,
     MassEstimate,
     as_symmetric,
+    reference,
 )
 from optimizer.codesign.estimates import Estimate, estimates
 from optimizer.codesign.hardware import BASE_ENTRIES, TORQUE_DIGITS, Selection, motor_of
@@ -98,17 +99,15 @@ class Start:
     corrections: Corrections
 
 
-def first_corrections(
-    brief: DesignBrief, choice: Selection, first: MassEstimate, weightless: bool = False
-) -> Corrections:
-    """Gives what is known of a choice to begin with: the rotor of its own motor, and the masses of another machine.
+def first_corrections(brief: DesignBrief, choice: Selection, weightless: bool = False) -> Corrections:
+    """Gives what is known of a choice to begin with: the rotor of its own motor, and the masses of `reference`.
 
     Args:
         brief: The requirements.
         choice: The hardware.
-        first: Masses of the other machine.
         weightless: Whether to begin with `Corrections.weightless` of it.
     """
+    first = reference()
     row = motor_of(brief, choice.motor)
     masses = replace(first.masses, rotor_inertia=row.rotor_inertia_kg_m2 * choice.ratio**2)
     margin = max(TORQUE_MARGIN_N_M, TORQUE_MARGIN * choice.torque_N_m(row))

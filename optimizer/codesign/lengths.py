@@ -401,19 +401,25 @@ def best_lengths(
     target, result = best
     lengths = tuple(side / 2.0 if k == SIDE else length for k, length in enumerate(_rounded(result)))
     reach = lengths[0] + lengths[2]
-    searched = {"cost": price_EUR(brief, choice, lengths), "outline": sum(_taken_mm(choice, corrections, reach))}
+    searched = {"cost": price_EUR(brief, choice, lengths), "outline": sum(taken_mm(choice, corrections, reach))}
     return Found(lengths, -searched.get(brief.objective, target), None if brief.outline_mm else reach)
 
 
-def _taken_mm(choice: Selection, corrections: Corrections, reach_mm: float) -> tuple[float, float]:
-    """Width and depth of a machine, motors and leads included: eq. (1) and what its hardware takes beyond."""
+def taken_mm(choice: Selection, corrections: Corrections, reach_mm: float) -> tuple[float, float]:
+    """Computes width and depth of a machine, motors and leads included: eq. (1) and what its hardware takes beyond.
+
+    Args:
+        choice: Hardware.
+        corrections: What is known of it.
+        reach_mm: R + L_A.
+    """
     width, depth = Outline(0.0, 0.0, choice.width_mm, corrections.overhead_mm).size_mm(np.array(reach_mm))
     return float(width), float(depth)
 
 
 def _reach_mm(choice: Selection, corrections: Corrections, sides_mm: float) -> float:
     """R + L_A of a machine whose width and depth have a sum, which is linear in it beyond a bar's own size."""
-    far, double = (sum(_taken_mm(choice, corrections, reach)) for reach in (_FREE_OUTLINE_MM, 2.0 * _FREE_OUTLINE_MM))
+    far, double = (sum(taken_mm(choice, corrections, reach)) for reach in (_FREE_OUTLINE_MM, 2.0 * _FREE_OUTLINE_MM))
     return _FREE_OUTLINE_MM * (1.0 + (sides_mm - far) / (double - far))
 
 

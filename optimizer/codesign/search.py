@@ -28,7 +28,7 @@ from optimizer.codesign.candidate import (
     weigh,
     with_gravity_torque,
 )
-from optimizer.codesign.corrections import Corrections, MassEstimate, RaisedLimits, reference
+from optimizer.codesign.corrections import Corrections, MassEstimate, RaisedLimits
 from optimizer.codesign.hardware import (
     SMALL,
     Selection,
@@ -106,7 +106,6 @@ class Search:
         brief: What the customer asks.
         build: (design) -> what came of it.
         moving: (design) -> the checks of what moves.
-        first: Masses to begin from.
         seed: Of everything random.
         stop: True ends the search: no step begins any more.
         hurried: True skips refinement and builds the current candidate: nothing passed yet, half of the time is over.
@@ -124,7 +123,6 @@ class Search:
     brief: DesignBrief
     build: Callable[[Design], Outcome] = _builds_nothing
     moving: Callable[[Design], list[CheckResult]] = _builds_nothing
-    first: MassEstimate = field(default_factory=reference)
     seed: int = 0
     stop: Callable[[], bool] = bool
     hurried: Callable[[], bool] = bool
@@ -384,7 +382,7 @@ class Search:
         yield from rest
 
     def _first_corrections(self, choice: Selection) -> Corrections:
-        return first_corrections(self.brief, choice, self.first, self.weightless)
+        return first_corrections(self.brief, choice, self.weightless)
 
     def _rough(self) -> list[tuple[float, Selection]]:
         """Estimates what every motor can do at its best ratio, the likeliest first; no parts are looked at.

@@ -36,8 +36,6 @@ def run(given: argparse.Namespace) -> int:
         return refuse(not_installed(" and ".join(lacking), "optimize,atlas"), BAD_INPUT)
     if given.scheduler is not None and given.workers is not None:
         return refuse("--workers is of this machine; a cluster given with --scheduler has its own", BAD_INPUT)
-    if given.workers == 0:
-        return refuse("--workers = 0: must be at least 1", BAD_INPUT)
     from optimizer.problem.requirements import RequirementsError
     from optimizer.study.grid import load_grid
 

@@ -178,23 +178,12 @@ def _allowance_of(
     return None if reserve is None else given_allowance(design, reserve)
 
 
-def inertia_of(design: Design, masses: Path) -> HandleInertia:
-    """Reads from `mass_properties.json` what moves at the handle, the rotors of the design's motors included.
-
-    Raises:
-        MassError: The file is refused.
-    """
-    from delta_cad.drive.masses import load_masses
-
-    return load_masses(masses, design).handle_inertia
-
-
 def _known_inertia(design: Design, masses: Path) -> HandleInertia | None:
     """Reads what moves; None where the file says too little of it and no limit needs it."""
-    from delta_cad.drive.masses import MassError
+    from delta_cad.drive.masses import MassError, load_masses
 
     try:
-        return inertia_of(design, masses)
+        return load_masses(masses, design).handle_inertia
     except MassError:
         if design.requirements.effective_mass_max_kg is not None:
             raise

@@ -11,7 +11,10 @@ PROGRAM = Program(
     "optimizer",
     "Dimensions of a delta haptic device from the customer's requirements.",
     COMMANDS,
-    {NOT_MET: "the requirements cannot be met, or were not", CUT_SHORT: "a search ran out of time or candidates, or Ctrl-C ended it"},
+    {
+        NOT_MET: "the requirements cannot be met, or were not",
+        CUT_SHORT: "a search ran out of time or candidates, or Ctrl-C ended it",
+    },
     "optimize",
 )
 parser, main = PROGRAM.parser, PROGRAM.main

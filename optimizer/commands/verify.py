@@ -107,15 +107,15 @@ def run(given: argparse.Namespace) -> int:
 
 def _same_masses(certificate: Certificate, design: Design, path: Path) -> None:
     """Checks that gravity's share is that of the file."""
+    from delta_cad.drive.masses import load_masses
     from delta_cad.mechanism.limits import EffectiveMass
     from optimizer.certify.certificate import CertificateError
     from optimizer.certify.gravity import allowance_of_masses
-    from optimizer.commands.certify import inertia_of
 
     if certificate.gravity != allowance_of_masses(path, design, certificate.tolerance):
         raise CertificateError(f"torque: gravity's share does not come from {path.name}")
     mass = certificate.limits.get(EffectiveMass)
-    if mass is not None and mass.inertia != inertia_of(design, path):
+    if mass is not None and mass.inertia != load_masses(path, design).handle_inertia:
         raise CertificateError(f"effective_mass: its masses do not come from {path.name}")
 
 

@@ -128,15 +128,6 @@ def cold(tick: Tick, task: Any, known: Corrections) -> Any:
     return model.cold(task, known, tick)
 
 
-def best_of(tick: Tick, task: Any, known: Corrections | None = None) -> Any:
-    """Finds lengths of hardware, with what is known of its parts, if anything; None where there are none."""
-    from optimizer.studio import model
-
-    solver = model.Solver()
-    solver.known |= {} if known is None else {task.key: known}
-    return solver.settle(task, tick)
-
-
 def point(tick: Tick, found: Any, values: dict[str, float | None]) -> Any:
     """Finds the largest cube of a machine's task with other values of some fields, from its lengths."""
     from optimizer.studio import model

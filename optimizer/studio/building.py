@@ -89,17 +89,7 @@ class Progress:
         self.now = event.get("doing") or text or self.now
 
 
-_SHOWN = (
-    "verdict",
-    "cube_side_mm",
-    "bound_mm",
-    "gap",
-    "motor",
-    "ratio",
-    "outline_mm",
-    "binding",
-    "nearest",
-)
+_SHOWN = "cube_side_mm", "motor", "ratio"
 
 
 class Build:

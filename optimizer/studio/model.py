@@ -15,12 +15,12 @@ from delta_cad.mechanism.limits import Limits
 from delta_cad.mechanism.proof.extremes import worst_figures
 from delta_cad.mechanism.proof.prove import prove
 from optimizer.codesign.candidate import first_corrections
-from optimizer.codesign.corrections import Corrections, reference
+from optimizer.codesign.corrections import Corrections
 from optimizer.codesign.hardware import Selection, drives, first_ratios, price_EUR, unlikely, widths_of
 from optimizer.codesign.lengths import ENOUGH, ROUNDS, best_lengths
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.validation import RequirementsError
-from optimizer.problem.variables import PER_SI, SIDE, completed, mechanism_of
+from optimizer.problem.variables import PER_SI, SIDE, completed, mechanism_of, named
 from optimizer.studio.sensitivity import sensitivity
 from optimizer.studio.setting import Key, Solved, Task, of_size
 
@@ -60,7 +60,7 @@ class Solver:
 
     def corrections(self, task: Task) -> Corrections:
         """Gives what is known of the hardware of a task."""
-        return self.known.get(task.key) or first_corrections(task.brief, task.choice, reference())
+        return self.known.get(task.key) or first_corrections(task.brief, task.choice)
 
     def move(self, task: Task, tick: Callable[[], None] = lambda: None) -> Solved | None:
         """Finds lengths while sliders move: from the last ones, with the masses of those.
@@ -201,8 +201,6 @@ def hardware_of(brief: DesignBrief) -> list[Selection]:
 
 def lengths_of(found: Solved) -> dict[str, float]:
     """Names the lengths as a design file does, mm and degrees."""
-    from optimizer.problem.variables import named
-
     return {name: round(value, 3) for name, value in named(found.lengths_mm).items()}
 
 

@@ -7,9 +7,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from optimizer.codesign.candidate import first_corrections
 from optimizer.codesign.hardware import Selection
 from optimizer.codesign.lengths import CONVERGED
-from optimizer.studio import background, knobs, model
+from optimizer.studio import background, knobs, model, records
 from optimizer.studio.background import Parts
 from optimizer.studio.knobs import FRICTION, MASS, Knob
 from optimizer.studio.setting import Solved, Task
@@ -124,7 +125,8 @@ def _hardware(view: View, found: Solved) -> None:
         view.doing(f"other hardware: {choice.motor} at {choice.ratio:g}:1")
         task = replace(found.task, choice=choice)
         known = found.corrections if task.key == found.task.key else None
-        at = view.compute(background.best_of, task, known)
+        begun = known or first_corrections(task.brief, task.choice)
+        at = view.compute(background.cold, task, begun)
         if at is not None:
             row = _row(at) | {"estimated": known is None}
             key = choice.motor, choice.drive
@@ -136,14 +138,9 @@ def _hardware(view: View, found: Solved) -> None:
 
 
 def _row(at: Solved) -> dict[str, Any]:
-    choice, size = at.task.choice, at.size
-    score = at.side_mm if size is None else -float(size)
+    score = at.side_mm if at.size is None else -float(at.size)
     return {
-        "motor": choice.motor,
-        "drive": choice.drive,
-        "ratio": choice.ratio,
-        "width_mm": choice.width_mm,
-        "placed": choice.placed,
+        **records.hardware(at.task.choice),
         "score": round(score, 3),
         "side_mm": round(at.side_mm, 2),
         "outline_mm": [round(one, 1) for one in at.outline_mm],

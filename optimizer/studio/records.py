@@ -11,8 +11,8 @@ from math import floor, log10
 from pathlib import Path
 from typing import Any
 
-from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.hardware import Selection, drives, motor_of
+from optimizer.codesign.lengths import taken_mm
 from optimizer.problem.brief import DesignBrief
 from optimizer.studio.body import USUAL, Sizes, body, sizes
 from optimizer.studio.building import downloads
@@ -149,9 +149,9 @@ def prices(found: Solved, knobs: Sequence[Knob]) -> dict[str, dict[str, Any] | N
 
 
 def _width_per_reach(found: Solved) -> float:
-    limit = Outline(0.0, 0.0, found.task.choice.width_mm, found.corrections.overhead_mm)
     reach = found.lengths_mm[0] + found.lengths_mm[2]
-    return float(limit.size_mm(reach + 1.0)[0]) - float(limit.size_mm(reach)[0])
+    near, far = (taken_mm(found.task.choice, found.corrections, one)[0] for one in (reach, reach + 1.0))
+    return far - near
 
 
 def solids(folder: Path) -> dict[str, Any] | None:

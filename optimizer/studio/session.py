@@ -35,21 +35,15 @@ T = TypeVar("T")
 
 
 class Newest(Generic[T]):
-    """A place for one: what is put replaces what nobody took.
-
-    Attributes:
-        dropped: How many were replaced.
-    """
+    """A place for one: what is put replaces what nobody took."""
 
     def __init__(self) -> None:
         self._item: T | None = None
         self._changed, self._closed = Condition(), False
-        self.dropped = 0
 
     def put(self, item: T) -> None:
         """Puts one in the place."""
         with self._changed:
-            self.dropped += self._item is not None
             self._item = item
             self._changed.notify_all()
 

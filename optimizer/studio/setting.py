@@ -7,12 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
-from delta_cad.mechanism.limits import Outline
 from optimizer.codesign.corrections import Corrections
 from optimizer.codesign.hardware import Selection
-from optimizer.codesign.lengths import lengths_problem, to_requirements
+from optimizer.codesign.lengths import lengths_problem, taken_mm, to_requirements
 from optimizer.problem.brief import DesignBrief, Goal
 from optimizer.problem.step import Problem
 
@@ -89,9 +86,7 @@ class Solved:
         """Width and depth of the machine: eq. (1), or of placed chains the outline allowed, with what parts take."""
         if self.task.choice.placed and self.task.brief.outline_mm is not None:
             return self.task.brief.outline_mm
-        limit = Outline(0.0, 0.0, self.task.choice.width_mm, self.corrections.overhead_mm)
-        width, depth = limit.size_mm(np.array(self.lengths_mm[0] + self.lengths_mm[2]))
-        return float(width), float(depth)
+        return taken_mm(self.task.choice, self.corrections, self.lengths_mm[0] + self.lengths_mm[2])
 
 
 def of_size(brief: DesignBrief, size: float | None) -> DesignBrief:

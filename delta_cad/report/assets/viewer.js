@@ -56,13 +56,10 @@ class Viewer extends Picture {
     );
     this.reach = [...cornersOf(arms), ...cornersOf(knob)];
     this.scene.add(this.outline);
-    this.look("iso");
   }
 
   surfaces(material) {
     const outer = material.clone();
-    outer.envMapIntensity = 1.0;
-    outer.clippingPlanes = [];
     const marked = outer.clone();
     marked.color.set(0xff7a1a);
     marked.emissive.set(0xb03a00);

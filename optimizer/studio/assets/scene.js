@@ -15,7 +15,6 @@ class Scene extends Picture {
     this.materials = new Map();
     this.framed = 0; // size that the camera was set for
     this.shown = { body: true, solids: true, cube: true };
-    this.ghost = false;
     this.turn = 0;
     new ResizeObserver(() => this.fit()).observe(canvas);
   }
@@ -119,7 +118,7 @@ class Scene extends Picture {
     this.body.visible = this.shown.body;
     this.cube.visible = this.shown.cube;
     this.solids.visible = this.shown.solids;
-    const faint = this.ghost && this.shown.body;
+    const faint = this.shown.body;
     for (const { node } of this.parts) {
       Object.assign(node.material, { transparent: faint, opacity: faint ? 0.18 : 1, depthWrite: !faint });
       node.material.needsUpdate = true;

@@ -344,13 +344,6 @@
       get("show-body").checked = false;
       scene.shown.body = false;
     }
-    ghost();
-    status();
-  }
-
-  function ghost() {
-    if (!solids) return;
-    scene.ghost = true;
     scene.look();
     status();
   }

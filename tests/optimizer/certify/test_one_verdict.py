@@ -20,6 +20,7 @@ from delta_cad.commands.pipeline import check_limits
 from delta_cad.design import Design, DesignError, design_from_dict, load_design
 from delta_cad.dimensions import joint
 from delta_cad.drive.held import known_masses
+from delta_cad.drive.masses import load_masses
 from delta_cad.mechanism import UnreachableError, workspace
 from delta_cad.mechanism.limits import HandleFriction, Limits, Torque
 from delta_cad.mechanism.proof import extremes, judgement
@@ -27,7 +28,6 @@ from delta_cad.mechanism.proof.extremes import WorstFigure, worst_figures
 from delta_cad.mechanism.workspace import CubeSearch
 from optimizer.certify.certificate import certify, limits_of
 from optimizer.certify.gravity import allowance_of_masses
-from optimizer.commands.certify import inertia_of
 from tests.committed import COMMITTED
 from tests.designs import minimal
 from tests.optimizer.certify.designs import call, masses
@@ -84,7 +84,7 @@ def verdicts(design: Design, path: Path) -> dict[str, dict[str, bool]]:
     named = {f.words: f.name or kind.name for kind in judgement.POSE_LIMITS for f in kind.figures}
     d: Any = SimpleNamespace(design=design, stops_rad=(-math.pi, math.pi), forearm=FREE)
     share = allowance_of_masses(path, design)
-    proved = certify(design, limits_of(design, share, inertia_of(design, path)), gravity=share)
+    proved = certify(design, limits_of(design, share, load_masses(path, design).handle_inertia), gravity=share)
     figures = {kind.name: [f.name or kind.name for f in kind.figures] for kind in judgement.POSE_LIMITS}
     checks = check_ranges(design.geometry, check_limits(d, data))
     return {

@@ -15,6 +15,7 @@ from delta_cad.design import Design, design_from_dict
 from delta_cad.dimensions.joint import force_most_N
 from delta_cad.mechanism import UnreachableError
 from delta_cad.solids.primitive import BuildError
+from optimizer.codesign import candidate as candidates
 from optimizer.codesign import search as module
 from optimizer.codesign import updates
 from optimizer.codesign.bound import impossible
@@ -406,7 +407,8 @@ def test_a_force_that_no_spring_holds_is_refused_before_anything_is_estimated(mo
 def test_what_gravity_takes_is_posed_before_anything_is_weighed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of lengths that stay the same; with those of `best_lengths` it takes 0.015 to 0.06 N m, too."""
     first = replace(reference(), gravity_torque_N_m=0.001)
-    search = Search(brief(), first=first)
+    monkeypatch.setattr(candidates, "reference", lambda: first)
+    search = Search(brief())
     torques: list[float] = []
 
     def seen(_: Selection, corrections: Corrections, *__: Any) -> Found:

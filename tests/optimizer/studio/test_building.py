@@ -51,7 +51,7 @@ def test_what_cannot_be_built_has_the_searchs_verdict_before_its_end_and_at_it(t
     build.stop()
     until(lambda: not build.running)
     record = build.progress.record()
-    assert (record["state"], record["facts"]["verdict"]) == ("infeasible", "infeasible")
+    assert (record["state"], build.progress.facts["verdict"]) == ("infeasible", "infeasible")
     assert build.progress.facts["contradiction"]
     assert "ended" not in said
     build.close()

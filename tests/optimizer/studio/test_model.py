@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from optimizer.codesign.candidate import first_corrections
-from optimizer.codesign.corrections import reference
 from optimizer.codesign.lengths import CONVERGED, ENOUGH, best_lengths
 from optimizer.problem.variables import SIDE, mechanism_of
 from optimizer.studio import background, knobs, model, outlook
@@ -34,7 +33,7 @@ def test_a_slider_that_moved_far_comes_to_what_a_search_from_nothing_finds(place
         assert moved is not None
     task = joystick(placed, requirements__envelope_width_mm=247.0)
     settled = solver.settle(task)
-    known = first_corrections(task.brief, task.choice, reference())
+    known = first_corrections(task.brief, task.choice)
     cold = best_lengths(task.brief, task.choice, known)
     assert settled is not None
     assert cold is not None
@@ -49,7 +48,7 @@ def test_a_least_machine_has_the_size_that_a_search_from_nothing_finds() -> None
         assert solver.move(pocket(requirements__cube_side_mm=side)) is not None
     task = pocket(requirements__cube_side_mm=44.0)
     settled = solver.settle(task)
-    cold = best_lengths(task.brief, task.choice, first_corrections(task.brief, task.choice, reference()))
+    cold = best_lengths(task.brief, task.choice, first_corrections(task.brief, task.choice))
     assert settled is not None
     assert cold is not None
     assert cold.reach_mm is not None
@@ -170,8 +169,9 @@ def test_rows_of_other_motors_are_estimates_and_the_present_one_keeps_what_its_p
     other = replace(found.task.choice, motor="maxon-re30-310009")
 
     def compute(piece, task, known):
-        assert piece is background.best_of
-        assert known is (found.corrections if task.key == found.task.key else None)
+        assert piece is background.cold
+        begun = first_corrections(task.brief, task.choice)
+        assert known == (found.corrections if task.key == found.task.key else begun)
         return replace(found, task=task, side_mm=found.side_mm + (5.0 if task.choice == other else -5.0))
 
     view: Any = SimpleNamespace(

@@ -8,6 +8,7 @@ from threading import Event, Thread
 
 import pytest
 
+from optimizer.codesign.candidate import first_corrections
 from optimizer.codesign.lengths import CONVERGED
 from optimizer.studio import background, knobs, model
 from optimizer.studio.background import AbandonedError, Background, StoppedError
@@ -21,7 +22,7 @@ def test_of_what_comes_faster_than_it_is_taken_only_the_newest_is() -> None:
     place = Newest[int]()
     for number in range(100):
         place.put(number)
-    assert (place.take(0.0), place.take(0.0), place.dropped) == (99, None, 99)
+    assert (place.take(0.0), place.take(0.0)) == (99, None)
     taken: list[int | None] = []
     waiting = Thread(target=lambda: taken.append(place.take()))
     waiting.start()
@@ -149,8 +150,9 @@ def test_a_viewer_that_comes_later_gets_all_that_is_known(tmp_path: Path) -> Non
 def test_the_other_core_drops_a_piece_that_is_not_wanted_and_ends() -> None:
     other, ended, failed = Background(), Event(), list[BaseException]()
     task = joystick()
-    found = model.Solver().settle(task)
-    assert other.compute(background.best_of, task).side_mm == pytest.approx(found.side_mm if found else 0.0, rel=1e-3)
+    known, found = first_corrections(task.brief, task.choice), model.Solver().settle(task)
+    assert found is not None
+    assert other.compute(background.cold, task, known).side_mm == pytest.approx(found.side_mm, rel=1e-3)
 
     def long() -> None:
         try:
@@ -166,4 +168,4 @@ def test_the_other_core_drops_a_piece_that_is_not_wanted_and_ends() -> None:
     assert isinstance(failed[0], AbandonedError)
     other.close()
     with pytest.raises(StoppedError):
-        other.compute(background.best_of, task)
+        other.compute(background.cold, task, known)
