@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import acos, asin, atan2, ceil, cos, degrees, hypot, pi, radians, sin, sqrt
+from math import asin, ceil, cos, degrees, pi, radians, sin, sqrt
 
 from delta_cad import catalogue
 from delta_cad.design.stands import EVEN, Gap, narrowest_gap
@@ -85,7 +85,6 @@ class ForearmDimensions:
         shoulder_mm: Along the rod, from the ball's centre to the tube.
         room_mm: Between a rod and the bar it hangs on, at the largest tilt.
         tilt_limit_rad: Tilt that the joint is made for, clear of everything; springs hold the rods' turn within it.
-        contact_tilt_rad: Tilt at which the rod meets the bar, or the lip the neck.
         wrist_radius_min_mm: Smallest platform radius at which the cups of neighbouring chains keep clear.
     """
 
@@ -119,7 +118,6 @@ class ForearmDimensions:
     tube_length_mm: float
     room_mm: float
     tilt_limit_rad: float
-    contact_tilt_rad: float
     wrist_radius_min_mm: float
     ball: catalogue.Ball
     spring: catalogue.TensionSpring
@@ -139,25 +137,6 @@ class ForearmDimensions:
     def between_eyes_mm(self) -> float:
         """Length of a spring between its eyes at no lean."""
         return self.width_mm - 2 * self.eye_y_mm
-
-
-def lip_tilt_rad(seat_radius_mm: float, neck_diameter_mm: float) -> float:
-    """Computes the tilt at which a stud's neck meets the lip of its open cup, rad.
-
-    The lip lies on the seat at `WRAP_RAD` from the cup's pole; the neck leaves the ball opposite the pole, at
-    asin((diameter / 2) / radius) from the stud's axis.
-    """
-    return pi - WRAP_RAD - asin(neck_diameter_mm / 2 / seat_radius_mm)
-
-
-def rod_tilt_rad(stand_off_mm: float, shoulder_radius_mm: float, rod_radius_mm: float) -> float:
-    """Computes the tilt at which a rod meets the edge of the bar it hangs on, rad.
-
-    The edge, a circle about the stud, comes as near as `s cos(tilt) - r sin(tilt)` to the rod's axis. The same holds
-    for the edge of a rod's stem and the axis of the stud.
-    """
-    far = hypot(stand_off_mm, shoulder_radius_mm)
-    return acos(rod_radius_mm / far) - atan2(shoulder_radius_mm, stand_off_mm)
 
 
 def wrist_radius_min_mm(
@@ -382,9 +361,6 @@ def forearm_dimensions(
         tube_length_mm=tube_length,
         room_mm=room,
         tilt_limit_rad=tilt,
-        contact_tilt_rad=min(
-            lip_tilt_rad(seat / 2, neck), rod_tilt_rad(stand_off, step, rod), rod_tilt_rad(stem, rod, neck / 2)
-        ),
         wrist_radius_min_mm=wrist_radius_min_mm(cup, width_mm, clearance_mm, gaps),
         ball=row,
         spring=spring,

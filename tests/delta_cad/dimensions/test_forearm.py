@@ -8,50 +8,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 from delta_cad import catalogue
 from delta_cad.dimensions import DimensionError, Dimensions
 from delta_cad.dimensions.forearm import (
-    WRAP_RAD,
     ForearmDimensions,
     eyes_mm,
     forearm_dimensions,
-    lip_tilt_rad,
-    rod_tilt_rad,
     tilt_N_mm2,
     wrist_radius_min_mm,
 )
 from delta_cad.dimensions.joint import POCKET_MM, chosen_spring, force_most_N, patch_angle_rad, sliding_torques_N_mm
 from delta_cad.structure.rod_end import bond_tilt_N_mm2
 from tests.delta_cad.dimensions.edited import edited
-
-AROUND = np.linspace(0, 2 * pi, 200_001)  # the touching point, at 0, is one of the samples
-
-
-@pytest.mark.parametrize(("ball", "neck"), [(6.015, 3.4), (8.015, 4.5), (5.0, 2.0)])
-def test_lip_tilt_is_where_the_turned_neck_meets_the_lip(ball: float, neck: float) -> None:
-    lip, rim = ball / 2 * cos(WRAP_RAD), ball / 2 * sin(WRAP_RAD)
-    circle = np.stack([rim * np.cos(AROUND), np.full_like(AROUND, lip), rim * np.sin(AROUND)], axis=1)
-
-    def gap(tilt: float) -> float:
-        stud = np.array([sin(tilt), -cos(tilt), 0.0])  # opposite the pole at no tilt
-        along, aside = circle @ stud, np.linalg.norm(np.cross(circle, stud), axis=1)
-        return float(np.where(along > 0.0, aside, np.inf).min(initial=ball)) - neck / 2
-
-    assert lip_tilt_rad(ball / 2, neck) == pytest.approx(brentq(gap, radians(40.0), radians(89.0)), abs=1e-8)
-
-
-@pytest.mark.parametrize(("stand_off", "step", "rod"), [(6.8, 2.5, 2.5), (7.1, 3.05, 2.5), (8.0, 3.0, 3.0)])
-def test_rod_tilt_is_where_the_bar_s_edge_meets_the_rod(stand_off: float, step: float, rod: float) -> None:
-    def gap(tilt: float) -> float:
-        axis, across = np.array([sin(tilt), -cos(tilt), 0.0]), np.array([cos(tilt), sin(tilt), 0.0])
-        edge = stand_off * axis + step * (
-            np.cos(AROUND)[:, None] * across + np.sin(AROUND)[:, None] * np.array([0.0, 0.0, 1.0])
-        )
-        return float(np.abs(edge[:, 1]).min()) - rod  # a rod's end is as wide as it is high: its side is a plane
-
-    assert rod_tilt_rad(stand_off, step, rod) == pytest.approx(brentq(gap, 0.0, radians(80.0)), abs=1e-8)
 
 
 @pytest.mark.parametrize(("cup", "width", "clearance"), [(5.7, 54.0, 2.0), (4.7, 44.0, 1.0)])
