@@ -2,7 +2,7 @@
 
 A cup is pressed on a ball whose stud lies along the shoulder axis: it leans with its rod and turns about its own axis.
 What it takes from the hand is power, `sum T_lean |lean rate| + T_turn |turn rate|` over twelve joints. The torques
-follow what presses the ball in its cup: the springs' preload along the shoulder axis and the rod's force along the rod.
+follow what presses the ball in its cup: the springs' preload, here alone, without the rod's force.
 """
 
 from __future__ import annotations
@@ -63,41 +63,18 @@ def joint_rates(g: DeltaGeometry, p: np.ndarray, v: np.ndarray) -> _JointRates:
     return _JointRates(np.hypot(about * lean[..., None], leaning[..., None]), np.abs(about * upright[..., None]))
 
 
-def ball_loads_N(design: Design, p: np.ndarray, force_N: np.ndarray) -> np.ndarray:
-    """Computes the contact forces of the rods' balls in their cups under a force on the platform.
-
-    Args:
-        design: Whose rods and springs these are.
-        p: (..., 3) position, m.
-        force_N: (..., 3) force on the platform's centre, weight included, N. Its moment is left out: it adds to one rod
-            of a pair what it takes from the other.
-
-    Returns:
-        (..., 3 chains, 2 rods) N, alike at both ends: `|+-P t + S n / 2|`, S the force along n of both rods together.
-    """
-    g, pull = design.geometry, ball_preload_N(design)
-    n = forearm_vectors(g, p) / g.forearm_length
-    force = np.broadcast_to(np.asarray(force_N, dtype=float), (*n.shape[:-2], 3))
-    along = np.linalg.solve(np.swapaxes(n, -1, -2), force[..., None])[..., 0] / 2.0
-    across = np.array([-1.0, 1.0])[:, None] * pull * g.tangential[:, None, :]  # (3, 2, 3)
-    return np.linalg.norm(along[..., None, None] * n[..., None, :] + across, axis=-1)
-
-
-def ball_friction_N(
-    design: Design, p: np.ndarray, direction: np.ndarray, force_N: np.ndarray | None = None
-) -> np.ndarray:
-    """Computes the ball joints' friction at the handle, coefficient nominal, N.
+def ball_friction_N(design: Design, p: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Computes the ball joints' friction at the handle, coefficient nominal, pressed by the preload alone, N.
 
     Args:
         design: Whose rods and springs these are.
         p: (..., 3) position, m.
         direction: (..., 3) of a steady motion, unit vectors.
-        force_N: (..., 3) force on the platform's centre, weight included, N; None: the preload alone presses.
     """
     rates = joint_rates(design.geometry, p, direction)
-    load = np.array([ball_preload_N(design)] * 2) if force_N is None else ball_loads_N(design, p, force_N)
-    lean, turn = (torque.sum(axis=-1) for torque in sliding_torques_N_mm(design.hardware.ball_diameter_mm, load))
-    taken = lean[..., None] * rates.lean + turn[..., None] * rates.turn  # both rods of every chain
+    torques = sliding_torques_N_mm(design.hardware.ball_diameter_mm, np.array(ball_preload_N(design)))
+    lean, turn = (2.0 * float(torque) for torque in torques)  # both rods of a chain
+    taken = lean * rates.lean + turn * rates.turn
     return taken.sum(axis=(-2, -1)) / MM_PER_M
 
 

@@ -10,7 +10,7 @@ from delta_cad.dimensions import Dimensions
 from delta_cad.dimensions.joint import preload_N, sliding_torques_N_mm
 from delta_cad.mechanism import inverse_kinematics, jacobian
 from delta_cad.mechanism.inverse import forearm_vectors
-from haptics.model.ball_joints import ball_friction, ball_friction_N, ball_loads_N, joint_rates
+from haptics.model.ball_joints import ball_friction, ball_friction_N, joint_rates
 from tests.haptics.model.textbook import textbook
 from tests.haptics.scene_machine import PLACED
 
@@ -77,37 +77,3 @@ def test_torques_follow_what_presses(best: Design, best_dimensions: Dimensions) 
     leans, turns = sliding_torques_N_mm(best.hardware.ball_diameter_mm, joint.spring_N * np.array([1.0, 2.0]))
     assert leans[1] == pytest.approx(2.0 * leans[0])
     assert 2.0 < turns[1] / turns[0] < 2.0 * 2.0 ** (1 / 3)
-
-
-@pytest.mark.parametrize("placed", [None, *PLACED])
-def test_balls_bear_preload_and_what_the_handle_is_pushed_with(best: Design, placed: str | None) -> None:
-    """Equilibrium of the platform, and of each rod between its balls, from the loads' lengths alone."""
-    best = best if placed is None else PLACED[placed]
-    g, preload = best.geometry, preload_N(best.mechanism.parallelogram_width_mm)
-    p, rng = np.array([0.01, -0.02, 0.09]), np.random.default_rng(7)
-    n = forearm_vectors(g, p) / g.forearm_length
-    lean = (n * g.tangential).sum(axis=1)
-    np.testing.assert_allclose(ball_loads_N(best, p, np.zeros(3)), preload)
-    for force in rng.normal(size=(5, 3)) * 3.0:
-        loads = ball_loads_N(best, p, force)
-        # |P t + F n|^2 - |-P t + F n|^2 = 4 P F (t . n); their mean is P^2 + F^2
-        rod = np.sqrt((loads**2).mean(axis=1) - preload**2)
-        apart = np.diff(loads**2, axis=1)[:, 0]
-        np.testing.assert_allclose(np.abs(apart), 4.0 * preload * rod * np.abs(lean))
-        signs = np.sign(apart * lean)
-        np.testing.assert_allclose((2.0 * (signs * rod)[:, None] * n).sum(axis=0), force, atol=1e-9)
-
-
-def test_friction_follows_the_load(best: Design) -> None:
-    p = np.array([0.0, 0.0, 0.108])
-    along = np.random.default_rng(4).normal(size=(200, 3))
-    along = along / np.linalg.norm(along, axis=1)[:, None]
-    at = np.broadcast_to(p, along.shape)
-    rest = ball_friction_N(best, at, along)
-    np.testing.assert_allclose(ball_friction_N(best, at, along, np.zeros(3)), rest)
-    pushed = [ball_friction_N(best, at, along, force * along).mean() for force in (3.0, 6.0, 60.0)]
-    assert rest.mean() < pushed[0] < pushed[1] < pushed[2]
-    assert pushed[2] > 2.0 * rest.mean()
-    # pushed as hard as one likes, friction is a share of the push
-    far = [ball_friction_N(best, at[:1], along[:1], force * along[:1])[0] for force in (1e5, 1e6)]
-    assert 10.0 < far[1] / far[0] < 10.0 ** (4 / 3) * 1.01
