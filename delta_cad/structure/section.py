@@ -65,25 +65,6 @@ def ring(outer: float, inner: float) -> Section:
     return Section(area, _SHEAR_TUBE * area, _SHEAR_TUBE * area, 2.0 * second, second, second)
 
 
-def box(b: float, h: float, wall: float) -> Section:
-    """Computes a rectangular tube, b along y and h along z, of one wall, mm.
-
-    Source:
-        Torsion by Bredt: `J = 4 A_m^2 t / U`, A_m and U of the wall's middle line. A shear force is carried by the
-        two walls along it.
-    """
-    inside_b, inside_h = b - 2.0 * wall, h - 2.0 * wall
-    middle_b, middle_h = b - wall, h - wall
-    return Section(
-        area_mm2=b * h - inside_b * inside_h,
-        shear_y_mm2=2.0 * middle_b * wall,
-        shear_z_mm2=2.0 * middle_h * wall,
-        torsion_mm4=4.0 * (middle_b * middle_h) ** 2 * wall / (2.0 * (middle_b + middle_h)),
-        about_y_mm4=(b * h**3 - inside_b * inside_h**3) / 12.0,
-        about_z_mm4=(h * b**3 - inside_h * inside_b**3) / 12.0,
-    )
-
-
 def stepped_plate(b: float, h: float, deep: float, slotted: float) -> Section:
     """Computes a plate, b thick (y) and h wide (z), of which a part of the width is cut into from one face, mm.
 

@@ -49,10 +49,6 @@ def test_a_rectangles_torsion_is_the_textbooks(sides: float, share: float) -> No
 
 def test_sections_agree_where_they_meet() -> None:
     assert section.ring(10.0, 0.0).about_y_mm4 == section.circle(10.0).about_y_mm4
-    # a thin square tube: 15 x 15 x 1.5 has J 3690 mm^4
-    tube = section.box(15.0, 15.0, 1.5)
-    assert tube.torsion_mm4 == pytest.approx(3690.0, rel=1e-3)
-    assert tube.about_y_mm4 == pytest.approx((15.0**4 - 12.0**4) / 12.0)
 
 
 def test_two_ribs_are_a_frame() -> None:
@@ -98,7 +94,7 @@ def test_slices_change_nothing_and_a_taper_converges() -> None:
 
 
 def test_kinds_add_up_and_the_factor_counts() -> None:
-    bar = Beam((BeamSlice(20.0, section.box(10.0, 12.0, 1.0), E, G),), factor=1.4)
+    bar = Beam((BeamSlice(20.0, section.rectangle(10.0, 12.0), E, G),), factor=1.4)
     kinds = flexibility_by_kind(bar)
     np.testing.assert_allclose(kinds.sum(axis=0), flexibility(bar))
     np.testing.assert_allclose(flexibility(bar), 1.4 * flexibility(Beam(bar.slices)))
