@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import cos, hypot, isfinite, pi, sin
+from math import cos, hypot, isfinite, sin
 from typing import Any
 
 import numpy as np
@@ -36,7 +36,7 @@ FRICTION = FRICTION_RANGE[1]
 CUP_MATERIAL, _BALL_MATERIAL = "peek-bearing", "steel"
 LINER_MM = 0.6  # of the plastic shell in a cup: as thin as one turns it; the metal behind it is half of the cup's wall
 POCKET_MM = 0.6  # diameter of the hole at the shell's pole: holds grease, keeps the ball off a cutter's centre
-EYE_MM = 0.8  # a spring's eye inside its rod's axis: holds the rod's turn about itself, see `return_N_mm`
+EYE_MM = 0.8  # a spring's eye inside its rod's axis: holds the rod's turn about itself
 _PRELOAD_N = (8.0, 13.0)  # less lets a rod of 3 N at the handle slip, more is friction for nothing
 _PRELOAD_PER_N = 1.05  # by which the least grows with a larger force: see `spring_range_N`
 _LEAST_N = 1e-3  # a load below this rubs in an arm that no longer shrinks: nothing to speak of, and no division by 0
@@ -61,11 +61,8 @@ class JointDimensions:
         wrap_rad: Angle beta of the lip from the cup's axis.
         pair_N_mm2: Modulus of the contact, `1 / E* = sum (1 - nu^2) / E`.
         bed_N_mm3: Pressure that dents the plastic shell by 1 mm, held at its back and sides.
-        patch_radius_mm: Outer radius a of the contact under `preload_N`, as all that follows but the friction.
-        pressure_N_mm2: Largest pressure in it, at the edge of the grease pocket.
-        stiffness_axial_N_mm: Along the cup's axis, under the preload.
-        stiffness_radial_N_mm: Square to it at rest, with the largest clearance; the cup's metal is left out.
-        return_N_mm: Torque of a pair's two springs on the lean, per sine of the lean: the eyes lie inside the axes.
+        stiffness_radial_N_mm: Square to the cup's axis at rest, pressed by `preload_N`, with the largest clearance; the
+            cup's metal is left out.
     """
 
     spring_N: float
@@ -77,11 +74,7 @@ class JointDimensions:
     wrap_rad: float
     pair_N_mm2: float
     bed_N_mm3: float
-    patch_radius_mm: float
-    pressure_N_mm2: float
-    stiffness_axial_N_mm: float
     stiffness_radial_N_mm: float
-    return_N_mm: float
 
     @property
     def pressed_max_N(self) -> float:
@@ -353,11 +346,10 @@ def joint_dimensions(
 
     The contact is that of Hertz between a ball of radius R and a cup of radius R + c, of effective radius
     `R_e = R (R + c) / c` and modulus E*, without what its pressure would bear on the grease pocket of radius a_p: the
-    whole one's radius a_w, `a_w^3 = 3 P R_e / (4 E*)`, becomes `a^2 = a_w^2 + a_p^2`, the largest pressure, at the
-    pocket's edge, stays `2 E* a_w / (pi R_e)`, the stiffness along the axis `2 a_w E*`. Square to the axis the ball
-    rolls up the cup, which tilts the pressure as it does under a flat stamp: `4 E* a^3 / (3 R^2)` less the pocket's
-    share, `(4 E* / (3 R^2)) a_w (a^2 + a_p^2 / 2)`; without pocket that is P / c. Finite elements of the cup with its
-    shell find this within 5 % where the shell is half as thick as the contact is wide.
+    whole one's radius a_w, `a_w^3 = 3 P R_e / (4 E*)`, becomes `a^2 = a_w^2 + a_p^2`. Square to the axis the ball rolls
+    up the cup, which tilts the pressure as it does under a flat stamp: `4 E* a^3 / (3 R^2)` less the pocket's share,
+    `(4 E* / (3 R^2)) a_w (a^2 + a_p^2 / 2)`; without pocket that is P / c. Finite elements of the cup with its shell
+    find this within 5 % where the shell is half as thick as the contact is wide.
 
     Args:
         ball_mm: Diameter of the ball.
@@ -386,9 +378,7 @@ def joint_dimensions(
     pull = spring.force_N(eyes(0.0))
     preload = pull * (1.0 - abs(lever))
     pair = _pair_N_mm2(cup, ball)
-    whole, widest = (_hertz_radius_mm(radius, preload, pair, c) for c in (CLEARANCE_MM, worst))
-    effective = radius * (radius + CLEARANCE_MM) / CLEARANCE_MM
-    pocket = POCKET_MM / 2
+    widest, pocket = _hertz_radius_mm(radius, preload, pair, worst), POCKET_MM / 2
     return JointDimensions(
         spring_N=pull,
         preload_N=preload,
@@ -399,9 +389,5 @@ def joint_dimensions(
         wrap_rad=wrap_rad,
         pair_N_mm2=pair,
         bed_N_mm3=_bed_N_mm3(cup),
-        patch_radius_mm=hypot(whole, pocket),
-        pressure_N_mm2=2.0 * pair * whole / (pi * effective),
-        stiffness_axial_N_mm=2.0 * whole * pair,
         stiffness_radial_N_mm=4.0 * pair / (3.0 * radius**2) * widest * (widest**2 + 1.5 * pocket**2),
-        return_N_mm=2.0 * pull * 2.0 * eye_mm * width_mm / eyes(0.0),
     )

@@ -83,19 +83,16 @@ def test_the_joint_s_figures_are_those_of_the_published_example(best_dimensions:
     modulus = 1.0 / ((1.0 - 0.35**2) / 5500.0 + (1.0 - 0.35**2) / 210000.0)
     relative = 1.0 / (1.0 / ball - 1.0 / cup)
     whole = (0.75 * joint.preload_N * relative / modulus) ** (1 / 3)
-    assert joint.patch_radius_mm == pytest.approx(hypot(whole, POCKET_MM / 2), rel=1e-9)
+    edge = hypot(whole, POCKET_MM / 2)
+    assert joint.pair_N_mm2 == pytest.approx(modulus, rel=1e-9)
     # what presses outside the pocket is the preload, and most at the pocket's edge
-    r = (np.arange(100_000) + 0.5) / 100_000 * (joint.patch_radius_mm - POCKET_MM / 2) + POCKET_MM / 2
-    most = 2.0 * modulus * joint.patch_radius_mm / (pi * relative)
-    pressure = most * np.sqrt(1.0 - (r / joint.patch_radius_mm) ** 2)
-    step = (joint.patch_radius_mm - POCKET_MM / 2) / 100_000
+    r = (np.arange(100_000) + 0.5) / 100_000 * (edge - POCKET_MM / 2) + POCKET_MM / 2
+    most = 2.0 * modulus * edge / (pi * relative)
+    pressure = most * np.sqrt(1.0 - (r / edge) ** 2)
+    step = (edge - POCKET_MM / 2) / 100_000
     assert (2 * pi * r * pressure).sum() * step == pytest.approx(joint.preload_N, rel=1e-4)
-    assert joint.pressure_N_mm2 == pytest.approx(pressure[0], rel=1e-4)
     lean, turn = sliding_torques_N_mm(2 * ball, np.array(joint.preload_N))
     assert turn == pytest.approx(0.08 * (2 * pi * r**2 * pressure).sum() * step, rel=1e-4)
-    forces = joint.preload_N - 1e-4, joint.preload_N + 1e-4
-    approach = [(p * 0.75 / modulus) ** (2 / 3) / relative ** (1 / 3) for p in forces]
-    assert joint.stiffness_axial_N_mm == pytest.approx(2e-4 / (approach[1] - approach[0]), rel=1e-6)
     assert joint.stiffness_radial_N_mm >= joint.preload_N / joint.clearance_mm  # of a ball that rolls in a whole cup
     assert lean == pytest.approx(0.08 * joint.preload_N * ball)
     assert turn < lean / 4
@@ -104,8 +101,8 @@ def test_the_joint_s_figures_are_those_of_the_published_example(best_dimensions:
 def test_without_a_pocket_the_contact_is_the_textbook_s(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("delta_cad.dimensions.joint.POCKET_MM", 1e-9)
     joint = edited(ball_diameter_mm=6.0).forearm.joint
-    assert joint.pressure_N_mm2 == pytest.approx(1.5 * joint.preload_N / (pi * joint.patch_radius_mm**2), rel=1e-6)
-    arm = 3.0 * pi / 16.0 * joint.patch_radius_mm
+    relative = 3.0 * 3.0075 / 0.0075  # of ball and cup
+    arm = 3.0 * pi / 16.0 * (0.75 * joint.preload_N * relative / joint.pair_N_mm2) ** (1 / 3)
     _, turn = sliding_torques_N_mm(6.0, np.array(joint.preload_N))
     assert turn == pytest.approx(0.08 * joint.preload_N * arm, rel=1e-6)
     rolling = joint.preload_N / joint.clearance_mm * (1.0 + joint.clearance_mm / joint.ball_radius_mm)
@@ -113,18 +110,10 @@ def test_without_a_pocket_the_contact_is_the_textbook_s(monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize("width", [36.0, 40.0, 48.0, 54.0, 60.0, 66.0])
-def test_springs_give_their_preload_and_a_return_torque_by_their_length(width: float) -> None:
+def test_springs_give_their_preload_and_bear_the_lean(width: float) -> None:
     d = edited(parallelogram_width_mm=width, platform_radius_mm=40.0, half_side_mm=8.0, bottom_height_mm=75.0)
-    f, turn = d.forearm, 1e-4
+    f = d.forearm
     assert 8.0 <= f.joint.spring_N <= 13.0
-    lean = radians(20.0)
-
-    def energy(at: float) -> float:
-        stretched = hypot(width * cos(at) - 1.6, width * sin(at)) - f.spring.free_length_mm
-        return 2 * (f.spring.initial_tension_N * stretched + f.spring.rate_N_mm * stretched**2 / 2)
-
-    torque = (energy(lean + turn) - energy(lean - turn)) / (2 * turn)
-    assert f.joint.return_N_mm * sin(lean) == pytest.approx(torque, rel=0.02)  # the spring is a little longer there
     assert f.joint.spring_max_N <= f.spring.force_max_N
 
 
