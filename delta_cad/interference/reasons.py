@@ -197,19 +197,6 @@ _Form = Callable[[Dimensions, float], Iterable[Reason]]
 """A machine, what is to be left beyond what must be, mm -> reasons."""
 
 
-def interference_reasons(d: Dimensions, margin_mm: float = 0.0) -> list[Reason]:
-    """Gives every reason why parts of neighbouring chains, sleeves and the arm, or rods and their drive cannot pass.
-
-    All shapes lie within the solids, and positions are sampled: what is refused fails, by up to `MESHES_MM` of what
-    meshes are off; what passes may still fail.
-
-    Args:
-        d: The machine.
-        margin_mm: What is to be left beyond what must be.
-    """
-    return [reason for form in INTERFERENCE_FORMS.values() for reason in form(d, margin_mm)]
-
-
 def _least_mm(d: Dimensions) -> float:
     return d.design.requirements.clearance_min_mm + MESHES_MM
 
@@ -287,4 +274,8 @@ INTERFERENCE_FORMS: dict[str, _Form] = {
     "folded": lambda d, margin_mm: fold_interference(d, _least_mm(d) + margin_mm),
     "cups": _cups,
 }
-"""Every form, by its name."""
+"""Every form, by its name.
+
+All shapes lie within the solids, and positions are sampled: what is refused fails, by up to `MESHES_MM` of what meshes
+are off; what passes may still fail.
+"""

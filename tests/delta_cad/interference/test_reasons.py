@@ -15,7 +15,7 @@ from delta_cad.dimensions.capstan import SLEEVE_OVER_MM, carriage_frame
 from delta_cad.interference import reasons
 from delta_cad.interference.ferrule_insertion import ferrule_clearance_mm
 from delta_cad.interference.moving_bodies import DistanceField, cup_margin, nearest, sector_clearance
-from delta_cad.interference.reasons import drive_clearances, fold_interference, interference_reasons
+from delta_cad.interference.reasons import INTERFERENCE_FORMS, drive_clearances, fold_interference
 from delta_cad.interference.shapes import Beam, Block, Prism, Ring, Round, union_distance
 from delta_cad.interference.static_obstacles import key_swing_rad, pinion_clearance_mm, slide_in_clearance_mm
 from delta_cad.mechanism import elbow_positions, inverse_kinematics
@@ -99,7 +99,8 @@ def test_rods_too_short_to_be_unfolded_are_refused_all_the_same(monkeypatch: pyt
 
 def test_committed_machines_pass() -> None:
     for path in ("best.json", "docs/gallery/pocket-40.json", "docs/gallery/direct-83.json"):
-        assert interference_reasons(dimensions(of(path))) == []
+        found = dimensions(of(path))
+        assert [reason for form in INTERFERENCE_FORMS.values() for reason in form(found, 0.0)] == []
 
 
 def test_a_thicker_platforms_springs_hang_farther_from_it() -> None:
