@@ -70,14 +70,6 @@ def load_poses(path: Path) -> Poses:
     return Poses(table[:, :3] / MM_PER_M, np.radians(table[:, 3:]))
 
 
-def poses_text(poses: Poses) -> str:
-    """Gives poses as `load_poses` reads them; readings that are NaN are left empty, for a person to fill in."""
-    lines = [",".join(COLUMNS)]
-    for p, readings in zip(poses.positions * MM_PER_M, np.degrees(poses.readings), strict=True):
-        lines.append(",".join("" if math.isnan(v) else f"{v:.9g}" for v in (*p, *readings)))
-    return "\n".join(lines) + "\n"
-
-
 def _number(name: str, field: str, cell: str) -> float:
     most = _LARGEST[field.rsplit("_", 1)[-1]]
     try:

@@ -32,7 +32,7 @@ from delta_cad.report.built import Build, StaleBuildError
 from delta_cad.report.statements import certificate as wording
 from haptics.calibration.accuracy import accuracy
 from haptics.calibration.fit import fit
-from haptics.calibration.poses import PosesError, load_poses, poses_text
+from haptics.calibration.poses import PosesError, load_poses
 from haptics.calibration.record import CalibrationError, calibration_of, load_calibration, to_dict
 from haptics.commands import cli as haptics_cli
 from haptics.devices.protocol import Packet, PacketError, PacketKind, decode, encode
@@ -60,7 +60,7 @@ from optimizer.synthesis.checkpoint import Checkpoint, CheckpointError, as_json
 from optimizer.synthesis.output import DesignFile, OtherDesignError
 from tests.committed import BEST, ROOT
 from tests.endurance.mutation import csv_text, damaged, json_text, mutated, strange, toml_text
-from tests.haptics.calibration.devices import cube_points, made, measured
+from tests.haptics.calibration.devices import cube_points, made, measured, poses_text
 from tests.optimizer.certify.designs import masses, redigested
 
 HANG_S = 10.0

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from delta_cad.design import Design
 from delta_cad.mechanism.chains import chain_angles
-from haptics.calibration.poses import Poses
+from haptics.calibration.poses import COLUMNS, Poses
 from haptics.calibration.unknowns import LENGTHS, ZERO, Unknowns, nominal
 
 LENGTH, TURN, WAVE = 0.1e-3, math.radians(0.3), math.radians(0.1)
@@ -56,3 +56,11 @@ def measured(
     """Poses at positions with the noise of both; 5e-5 rad are 0.003 degrees."""
     noisy = readings(device, p) + rng.normal(0.0, angle, p.shape)
     return Poses(p + rng.normal(0.0, position, p.shape), noisy)
+
+
+def poses_text(poses: Poses) -> str:
+    """Poses as a table that the product reads."""
+    lines = [",".join(COLUMNS)]
+    for p, turns in zip(poses.positions * 1e3, np.degrees(poses.readings), strict=True):
+        lines.append(",".join(f"{v:.9g}" for v in (*p, *turns)))
+    return "\n".join(lines) + "\n"

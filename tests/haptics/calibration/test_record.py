@@ -14,7 +14,7 @@ import pytest
 from delta_cad.design import Design
 from haptics.calibration.accuracy import accuracy
 from haptics.calibration.fit import Noise, fit
-from haptics.calibration.poses import COLUMNS, Poses, PosesError, load_poses, poses_text
+from haptics.calibration.poses import COLUMNS, Poses, PosesError, load_poses
 from haptics.calibration.record import (
     Calibration,
     CalibrationError,
@@ -23,7 +23,7 @@ from haptics.calibration.record import (
     save_calibration,
     to_dict,
 )
-from tests.haptics.calibration.devices import cube_points, made, measured
+from tests.haptics.calibration.devices import cube_points, made, measured, poses_text
 
 
 @pytest.fixture(scope="module")

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from delta_cad.design import Design
-from haptics.calibration.poses import Poses, poses_text
+from haptics.calibration.poses import Poses
 from haptics.calibration.record import load_calibration
 from haptics.commands.cli import main
 from tests.committed import BEST
 from tests.designs import below_elbows
-from tests.haptics.calibration.devices import cube_points, made, measured
+from tests.haptics.calibration.devices import cube_points, made, measured, poses_text
 from tests.haptics.calibration.test_accuracy import on_a_line
 
 
