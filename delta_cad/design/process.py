@@ -6,12 +6,9 @@ is cut anyway: it turns or slides in a fit of a hundredth, or bears what plastic
 
 from __future__ import annotations
 
-from typing import Literal
-
 from delta_cad import catalogue
 from delta_cad.design.record import Hardware
 
-Process = Literal["machined", "printed"]
 CUT_FROM = {
     "base_plate": "aluminium-6082",
     "motor_cheek": "aluminium-6082",

@@ -14,9 +14,8 @@ squares is that of 99.73 % of machines, r being three standard deviations along 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from math import floor, inf
+from math import floor
 
 import numpy as np
 
@@ -156,11 +155,6 @@ def pair(first_mm: Point, second_mm: Point, off_mm: float) -> Locators:
     way = np.subtract(second_mm, first_mm)
     x, y = (float(v) for v in way / np.hypot(*way))
     return Locators(Place("pin", first_mm, off_mm), Place("pin in its slot", second_mm, off_mm, along=(x, y)))
-
-
-def worst_of(found: Sequence[tuple[str, float, float]]) -> tuple[str, float, float]:
-    """Gives the name, worst case and statistical clearance of the place that has the least."""
-    return min(found, key=lambda row: row[1], default=("", inf, inf))
 
 
 def _turned(vector: np.ndarray) -> np.ndarray:

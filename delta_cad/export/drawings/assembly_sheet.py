@@ -49,12 +49,7 @@ _DOT_MM = 0.8
 _SHOWN_MM = 1.2  # of visible edge on paper at least, for a balloon to point at it
 _AWAY_MM = 14.0  # from a view to its balloons
 _DIMENSION_MM = 9.0
-_SHELL_MM, _ROD_MM, _END_MM, _TUBE_MM = (
-    10.0,
-    24.0,
-    26.0,
-    16.0,
-)  # by which a rod's parts are pulled off its balls and apart
+_SHELL_MM, _ROD_MM, _END_MM = 10.0, 24.0, 26.0  # by which a rod's parts are pulled off its balls and apart
 _MESHED = 0.2, 0.6  # deviation, mm, and angle, rad, of the meshes whose boxes tell how far parts have to move
 _SMALL = ("capstan_cable", "pinion", "wave_spring", "set_screw", "crimp_sleeve", "tension_", "encoder_magnet", "dowel_")
 """Numbers, by their beginnings, of what an overall view leaves out: within others, or thinner than a pen."""
