@@ -10,7 +10,6 @@ import numpy as np
 from delta_cad.structure.section import Section
 
 SLICES = 64  # of a tapered bar; the sum over slices is second order: below 1e-3 of a flexibility
-_AXES = ("axial", "shear y", "shear z", "torsion", "bending y", "bending z")
 
 
 @dataclass(frozen=True)
@@ -72,8 +71,9 @@ def flexibility_by_kind(beam: Beam) -> np.ndarray:
         beam: The bar.
 
     Returns:
-        (6, 6, 6): kind as in `_AXES`, then motion (3 displacements, 3 turns) of the tip by the wrench (3 forces, 3
-        moments) on it, axes of the bar; mm/N, rad/N, rad/(N mm). The sum over kinds is the flexibility.
+        (6, 6, 6): kind, axial, shear y, shear z, torsion, bending y, bending z; then motion (3 displacements, 3 turns)
+        of the tip by the wrench (3 forces, 3 moments) on it, axes of the bar; mm/N, rad/N, rad/(N mm). The sum over
+        kinds is the flexibility.
 
     Source:
         Unit load method (Timoshenko and Gere, Mechanics of Materials; Timoshenko's shear): at the distance d before

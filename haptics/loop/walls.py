@@ -61,7 +61,6 @@ class StiffnessLimits:
         worst: Stable with every hand.
         worst_hand: With whom that is; "nobody" for a handle let go of.
         nominal: Stable with the nominal hand.
-        by_hand: Of each hand, N/m.
         friction: b, viscous friction of the device along the direction, N s/m.
         formula: `(b + B) / (T / 2 + delay + lag)`.
     """
@@ -71,7 +70,6 @@ class StiffnessLimits:
     worst: float
     worst_hand: str
     nominal: float
-    by_hand: Mapping[str, float]
     friction: float
     formula: float
 
@@ -150,7 +148,6 @@ class WallStability(LinearLoop):
             worst=by_hand[worst],
             worst_hand=worst,
             nominal=by_hand[nominal],
-            by_hand=by_hand,
             friction=self.friction,
             formula=self.formula,
         )

@@ -166,7 +166,7 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
     "tests/delta_cad/export/shop/cost/test_work.py": (
         (f"{EXPORT}/shop/cost/work.py", "a batch is paid by each piece", "+ batch / pieces", "+ batch"),
         (f"{EXPORT}/shop/cost/work.py", "the stock has its allowance on one face",
-         "float(v) + 2 * rates.allowance_mm for v", "float(v) + rates.allowance_mm for v"),
+         "np.prod(edges + 2 * rates.allowance_mm)", "np.prod(edges + rates.allowance_mm)"),
     ),
     "tests/optimizer/codesign/test_bound_relaxed.py": (
         (f"{CODESIGN}/bound.py", "six rods of a chain move with the handle",

@@ -36,7 +36,6 @@ class BoxMotion:
     Attributes:
         theta: (n, 3) shoulder angles at the centres, rad.
         theta_change: (n, 3) bound on their change, rad; infinite where the chain might fold inside the box.
-        handle: (n,) bound on the handle's travel, mm.
         forearm: (n, 3) bound on the change of the vector s, mm.
         turn: (n, 3) bound on the rod's change of direction, rad.
         rotation: (n, 3) bound on the rotation of the rod's whole frame and on the change of the angle of s in
@@ -50,7 +49,6 @@ class BoxMotion:
 
     theta: np.ndarray
     theta_change: np.ndarray
-    handle: np.ndarray
     forearm: np.ndarray
     turn: np.ndarray
     rotation: np.ndarray
@@ -116,7 +114,6 @@ def box_motion(g: DeltaGeometry, centres_mm: np.ndarray, halves_mm: np.ndarray) 
     return BoxMotion(
         theta=theta,
         theta_change=theta_change,
-        handle=reach[:, 0],
         forearm=forearm * turn,
         turn=turn,
         rotation=rotation,

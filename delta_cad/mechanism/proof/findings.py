@@ -43,13 +43,11 @@ class Proof:
             [i, i + 1] / 2^k of every edge. On each of them every condition of verdict proved was proved; complete
             only if there is one.
         boxes: Boxes examined.
-        depth: Most halvings, over all edges, of a leaf.
     """
 
     findings: tuple[Finding, ...]
     leaves: np.ndarray
     boxes: int
-    depth: int
 
     @property
     def verdict(self) -> Verdict:

@@ -95,8 +95,7 @@ def prove(
         _finding(limit, g, int(fate[n]), points[n], _box(origin, edges, stuck[n]))
         for limit, n in ((limit, order[type(limit)]) for limit in limits)
     )
-    depth = int(covered[:, ::2].sum(axis=1).max()) if len(covered) else 0
-    return Proof(findings, covered, int(state[2]), depth)
+    return Proof(findings, covered, int(state[2]))
 
 
 def half_of(cube: Cube) -> tuple[np.ndarray, np.ndarray]:

@@ -39,7 +39,6 @@ class Work:
 
     Attributes:
         stock: "bar", "block", "plate" whose faces stay as bought, "sheet" cut by a beam, or "as bought".
-        stock_mm: Diameter and length of a bar, edges of the others.
         stock_mm3: Volume of the stock.
         removed_mm3: That is cut off; none of stock as bought.
         finished_mm2: Area of the part; of a plate its sides, of sheet none.
@@ -55,7 +54,6 @@ class Work:
     """
 
     stock: str
-    stock_mm: tuple[float, ...]
     stock_mm3: float
     removed_mm3: float
     finished_mm2: float
@@ -116,19 +114,17 @@ def work_of(part: Part, clampings: int, rates: Rates) -> Work:
     thin, rolled_mm2 = _plate(solid, edges)
     rolled_mm2 = rolled_mm2 if material_id(part) in PLATE_MATERIALS else 0.0
     if bought:
-        kind, stock_mm, stock_mm3 = "as bought", tuple(float(v) for v in edges), float(solid.Volume())
+        kind, stock_mm3 = "as bought", float(solid.Volume())
     elif axis is not None:
         diameter = float(np.delete(edges, axis).max()) + 2 * rates.allowance_mm
         length = float(edges[axis]) + 2 * rates.allowance_mm
-        kind, stock_mm, stock_mm3 = "bar", (diameter, length), pi / 4 * diameter**2 * length
+        kind, stock_mm3 = "bar", pi / 4 * diameter**2 * length
     elif sheet or rolled_mm2:
         kind = "sheet" if sheet else "plate"
         added = np.where(np.arange(3) == thin, 0.0, 2 * rates.allowance_mm)
-        stock_mm = tuple(float(v) for v in edges + added)
-        stock_mm3 = float(np.prod(stock_mm))
+        stock_mm3 = float(np.prod(edges + added))
     else:
-        kind, stock_mm = "block", tuple(float(v) + 2 * rates.allowance_mm for v in edges)
-        stock_mm3 = float(np.prod(stock_mm))
+        kind, stock_mm3 = "block", float(np.prod(edges + 2 * rates.allowance_mm))
     if kind == "block" or (kind == "plate" and _from_both_faces(part, thin)):
         clampings = max(clampings, _TURNED_OVER)
     bores = [bore for hole in part.holes for bore in hole.bores]
@@ -136,7 +132,6 @@ def work_of(part: Part, clampings: int, rates: Rates) -> Work:
     sizes = {round(bore.diameter_mm, 3) for bore in bores} | {round(hole.diameter_mm, 3) for hole in part.holes}
     return Work(
         stock=kind,
-        stock_mm=stock_mm,
         stock_mm3=stock_mm3,
         removed_mm3=0.0 if bought or sheet else stock_mm3 - float(solid.Volume()),
         finished_mm2=0.0 if bought or sheet else float(solid.Area()) - rolled_mm2,

@@ -68,7 +68,7 @@ def test_a_plate_keeps_its_milled_faces_and_is_clamped_once_where_all_is_bored_f
     from_above = blind(along_z(5.0, (20.0, 20.0), (8.0, 3.0)))
     work = work_of(plate(), 1, RATES)
     assert (work.stock, work.clampings) == ("plate", 1)
-    assert work.stock_mm == pytest.approx((100.0, 60.0, 8.0))
+    assert work.stock_mm3 == pytest.approx(48_000.0)
     assert work.removed_mm3 == pytest.approx(48_000.0 - 45_472.0)
     assert work.finished_mm2 == pytest.approx(2 * 8 * (98 + 58))
     assert work_of(plate(from_above, along_z(4.0, (50.0, 20.0), (0.0, 8.0))), 1, RATES).clampings == 1
@@ -100,7 +100,7 @@ def test_a_bar_is_turned_about_whatever_axis(ends: tuple[tuple[int, ...], tuple[
     pin = replace(BLOCK, solid=cylinder(18.0, *ends))
     work = work_of(pin, 1, RATES)
     assert (work.stock, work.clampings) == ("bar", 1)
-    assert work.stock_mm == pytest.approx((20.0, 30.0))
+    assert work.stock_mm3 == pytest.approx(pi / 4 * 20.0**2 * 30.0)
     assert work.removed_mm3 == pytest.approx(pi / 4 * (20.0**2 * 30.0 - 18.0**2 * 28.0))
 
 
