@@ -7,16 +7,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from delta_cad.dimensions.tolerances.zero import START_ZERO_DEG
 from delta_cad.mechanism import inverse_kinematics
-from haptics.control.controller import WORK
 from haptics.control.pose import model
-from haptics.control.startup import record as r
-from haptics.control.startup.record import StartMemory, StartUp
+from haptics.control.startup.record import StartUp
 from haptics.control.supervisor.limits import checked, safety_limits
-from haptics.control.supervisor.memory import reset_memory
 from haptics.loop.assumptions import joint_friction
 from haptics.loop.choice import chosen_loop
 from haptics.loop.hardware import real_plant, sensor_limits, with_sensors
@@ -100,8 +95,3 @@ def start_up(machine: MachineModel, period: float, *, absolute: bool | None = No
         share=0.3,
         range=math.radians(3.0),
     )
-
-
-def fresh_start(par: StartUp) -> StartMemory:
-    """The memory of a start-up that has not begun."""
-    return StartMemory(np.zeros(r.MEMORY), reset_memory(par.limits), np.zeros(WORK))

@@ -35,7 +35,7 @@ def design_cuts(pose, box, cube_limits, cuts, count):
     """Adds what holds for the whole cube in closed form: outline, lean, and the fold above a shoulder.
 
     Args:
-        pose: `cutting_points.table`, with the box's lengths in it.
+        pose: (`TABLE`, 6) forms of the box, with its lengths in it.
         box: (2, 4) the box, m.
         cube_limits: L; largest L_A + a, or infinity; least L_B for the lean; least L_A + a, or minus infinity; m, each
             rounded outwards.

@@ -73,18 +73,13 @@ def numbers(limits: Limits) -> np.ndarray:
     return out
 
 
-def table() -> np.ndarray:
-    """Makes room for the forms of one box, (rows, 6)."""
-    return np.empty((ROWS, 6))
-
-
 @compiled
 def fill_lengths(box, pose):
     """Fills the forms of the four variables over a box and of what all points share.
 
     Args:
         box: (2, 4) lower and upper ends of L_A, L_B, a, H, m.
-        pose: `table`.
+        pose: (`ROWS`, 6) forms of one box.
     """
     la, lb = _between(box, 0), _between(box, 1)
     put(pose, forms.UPPER_ARM, la)
@@ -132,7 +127,7 @@ def point_cuts(points, n, k, pose, work, cuts, count):
         points: (.., 3) x, y, and height over the cube's bottom face, m.
         n: Which of them.
         k: `numbers`.
-        pose: `table`, with the box's lengths in it.
+        pose: (`ROWS`, 6) forms of one box, with its lengths in it.
         work: (24, 6) room.
         cuts: (.., 6) room for at most `MOST` more.
         count: How many cuts there are.

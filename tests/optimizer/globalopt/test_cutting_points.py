@@ -27,7 +27,7 @@ from delta_cad.mechanism.limits import (
     Torque,
 )
 from optimizer.globalopt.branch_and_bound import _contract, design_cuts
-from optimizer.globalopt.cutting_points import MOST, fill_lengths, numbers, point_cuts, table
+from optimizer.globalopt.cutting_points import MOST, ROWS, fill_lengths, numbers, point_cuts
 from optimizer.problem.evaluator import Figures
 from tests.optimizer.problem.figures_numpy import figures_numpy
 
@@ -86,7 +86,7 @@ class Case:
         limits = [self.limits[kind] for kind in kinds]
         if any(kind.infinite_at_singularity for kind in kinds):  # as `Problem.pose_limits` does
             limits.append(AssemblyMode())
-        required, room, pose = numbers(Limits.of(*limits)), np.empty((MOST, 6)), table()
+        required, room, pose = numbers(Limits.of(*limits)), np.empty((MOST, 6)), np.empty((ROWS, 6))
         fill_lengths(box, pose)
         point = self.unit * self.side + np.array([0.0, 0.0, self.side])
         return point_cuts(point[None], 0, required, pose, np.empty((24, 6)), room, 0), room
@@ -200,7 +200,7 @@ def test_design_cuts_are_outline_lean_and_the_fold() -> None:
         la, lb, a, h, side = rng.uniform([0.05, 0.06, -0.03, 0.02, 0.01], [0.1, 0.2, 0.03, 0.1, 0.05])
         sum_max, sum_min, lean = rng.uniform(0.05, 0.12), rng.uniform(0.0, 0.08), rng.uniform(0.0, 0.15)
         box = np.array([[la, lb, a, h]] * 2)
-        pose = table()
+        pose = np.empty((ROWS, 6))
         fill_lengths(box, pose)
         found = design_cuts(pose, box, np.array([side, sum_max, lean, sum_min]), np.empty((8, 6)), 0)
         # fold: the point of the bottom face above the shoulder of chain 0, or of chain 1, must be reached

@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from delta_cad.mechanism import forward_kinematics
+from haptics.control.controller import WORK
 from haptics.control.startup import record as r
 from haptics.control.startup.record import Refusal, StartMemory, StartUp, Step
 from haptics.control.startup.steps import start
-from haptics.control.supervisor.memory import SIGNALS
+from haptics.control.supervisor.memory import SIGNALS, reset_memory
 from haptics.devices.simulated import SimulatedDevice
 from haptics.loop.choice import chosen_loop
 from haptics.loop.hardware import real_plant, sensor_errors
-from haptics.loop.start_up import fresh_start
 from haptics.model.machine import MachineModel
 from haptics.model.plant import Plant
 
@@ -75,6 +75,11 @@ def lying(machine: MachineModel, par: StartUp, truth: Plant) -> SimulatedDevice:
     return SimulatedDevice(truth, rest, period=period, count=par.limits.encoder_count, steps=6, errors=errors)
 
 
+def _begun(par: StartUp) -> StartMemory:
+    """The memory of a start-up that has not begun."""
+    return StartMemory(np.zeros(r.MEMORY), reset_memory(par.limits), np.zeros(WORK))
+
+
 def run(machine: MachineModel, par: StartUp, fault: Fault, after: float = 0.1) -> Ended:
     """Runs a start-up from the lower stops.
 
@@ -87,7 +92,7 @@ def run(machine: MachineModel, par: StartUp, fault: Fault, after: float = 0.1) -
     period = par.limits.period
     device = lying(machine, par, fault.plant(real_plant(machine)))
     device.force = np.array(fault.push)
-    memory, out, ended = fresh_start(par), np.zeros(3), 0.0
+    memory, out, ended = _begun(par), np.zeros(3), 0.0
     readings, torques, bits, signals = [], [], [], []
     while device.time < LONGEST and ended <= after:
         sample = device.read()
