@@ -74,9 +74,7 @@ def moving(bodies: Mapping[str, Any], forearm_length: float) -> Moving:
     return Moving(body("platform"), body("upper_arm_0"), ends, body("base"))
 
 
-def mass_matrix(
-    table: BeamModel, what: Moving, p_mm: np.ndarray, given: Compliance, grip_kg: float = 0.0
-) -> np.ndarray:
+def mass_matrix(table: BeamModel, what: Moving, p_mm: np.ndarray, given: Compliance) -> np.ndarray:
     """Computes the mass that the platform's six motions move, the elbows following as they give (Guyan).
 
     Args:
@@ -84,7 +82,6 @@ def mass_matrix(
         what: What moves.
         p_mm: (..., 3) platform's centre, mm.
         given: The machine's flexibility there.
-        grip_kg: Mass of the hand that holds the knob.
 
     Returns:
         (..., 6, 6) kg, kg mm, kg mm^2 about the wrists' plane's centre.
@@ -99,8 +96,6 @@ def mass_matrix(
     body = what.platform
     total = np.zeros((*shape, 6, 6))
     total += _rigid(body.mass_kg, body.centre_mm, body.inertia_kg_mm2)
-    knob = np.array([0.0, 0.0, table.knob_mm])
-    total += _rigid(grip_kg, knob, grip_kg * (knob @ knob * np.eye(3) - np.outer(knob, knob)))
     unit = unit_loads(table, p)
     stiffness = np.linalg.inv(given.platform)
     elbows = given.elbows @ stiffness[..., None, :, :]  # (..., 3, 6, 6) arm's axes by the platform's motion
@@ -134,7 +129,7 @@ def _rigid_of(mounting: Mounting) -> np.ndarray:
     return np.linalg.pinv(weights[:, None] * np.concatenate(rows)) * weights
 
 
-def first_mode_Hz(table: BeamModel, what: Moving, p_mm: np.ndarray, grip_kg: float = 0.0) -> np.ndarray:
+def first_mode_Hz(table: BeamModel, what: Moving, p_mm: np.ndarray) -> np.ndarray:
     """Computes the first natural frequency, actuators held, (...) Hz.
 
     The least root of `K q = w^2 M q` with the 6 x 6 stiffness of the platform; the stem counts as rigid.
@@ -143,10 +138,9 @@ def first_mode_Hz(table: BeamModel, what: Moving, p_mm: np.ndarray, grip_kg: flo
         table: The machine.
         what: What moves.
         p_mm: (..., 3) platform's centre, mm.
-        grip_kg: Mass of the hand that holds the knob.
     """
     given = compliance(table, p_mm)
-    mass = mass_matrix(table, what, p_mm, given, grip_kg)
+    mass = mass_matrix(table, what, p_mm, given)
     root = np.linalg.cholesky(mass)
     most = np.linalg.eigvalsh(np.swapaxes(root, -1, -2) @ given.platform @ root)[..., -1]
     return np.sqrt(MM_PER_M / most) / (2.0 * np.pi)

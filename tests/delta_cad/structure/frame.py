@@ -196,8 +196,8 @@ def built(table: BeamModel, p_mm: np.ndarray) -> Built:
     return made
 
 
-def first_mode_Hz(made: Built, what: Moving, grip_kg: float, table: BeamModel, p_mm: np.ndarray) -> float:
-    """First natural frequency of the frame with its masses lumped at hub, knob, shafts, elbow and wrist balls."""
+def first_mode_Hz(made: Built, what: Moving, table: BeamModel, p_mm: np.ndarray) -> float:
+    """First natural frequency of the frame with its masses lumped at hub, shafts, elbow and wrist balls."""
     frame = made.frame
     size = 6 * frame.nodes
     mass = np.zeros((size, size))
@@ -213,7 +213,6 @@ def first_mode_Hz(made: Built, what: Moving, grip_kg: float, table: BeamModel, p
         return hold.T @ block @ hold
 
     put(made.hub, body(what.platform.mass_kg, what.platform.centre_mm, what.platform.inertia_kg_mm2))
-    put(made.knob, np.diag([grip_kg] * 3 + [0.0] * 3))
     theta = inverse_kinematics(table.geometry, p_mm / MM_PER_M)
     for i, shaft in enumerate(made.shafts):
         u, t = axes_of(table.geometry, i)

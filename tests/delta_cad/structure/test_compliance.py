@@ -55,14 +55,14 @@ def test_the_platforms_flexibility_is_the_frames() -> None:
 
 
 @pytest.mark.usefixtures("coarse")
-@pytest.mark.parametrize(("grip_kg", "aside_mm"), [(0.0, 0.0), (0.1, 0.0), (0.0, 4.0)])
-def test_the_first_mode_is_the_frames(grip_kg: float, aside_mm: float) -> None:
+@pytest.mark.parametrize("aside_mm", [0.0, 4.0])
+def test_the_first_mode_is_the_frames(aside_mm: float) -> None:
     machine, what, at = table(45.0, placed=aside_mm != 0.0), what_moves(), places(aside_mm)
-    reduced = first_mode_Hz(machine, what, at, grip_kg)
+    reduced = first_mode_Hz(machine, what, at)
     for p, mode in zip(at, reduced, strict=True):
-        solved = frame.first_mode_Hz(frame.built(machine, p), what, grip_kg, machine, p)
-        # a load's motions for the mode's and a stem that does not give under the grip: up; the arm's mass along and
-        # about itself taken at the elbow: down. Found: -2.2 to +1.7 %
+        solved = frame.first_mode_Hz(frame.built(machine, p), what, machine, p)
+        # a load's motions for the mode's: up; the arm's mass along and about itself taken at the elbow: down. Found:
+        # +0.9 to +2.0 %
         assert abs(mode / solved - 1.0) < 0.03
 
 
