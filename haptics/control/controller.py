@@ -56,7 +56,7 @@ class Memory(NamedTuple):
     """State of a controller between ticks, changed in place.
 
     Attributes:
-        filters: (3, n) of the estimator.
+        filters: (3, 3) of the estimator.
         supervisor: (m,) of the supervisor.
         work: WORK, the last tick's figures.
     """
@@ -68,7 +68,7 @@ class Memory(NamedTuple):
 
 def fresh(controller: Controller) -> Memory:
     """The memory of a controller that has just been switched on, disabled."""
-    return Memory(fresh_memory(controller.estimator), reset_memory(controller.limits), np.zeros(WORK))
+    return Memory(fresh_memory(), reset_memory(controller.limits), np.zeros(WORK))
 
 
 @compiled

@@ -249,7 +249,7 @@ class Host:
         memory[[STARTED, KNOWN, PLACED]] = 0.0
         for row in (RENDERED, GRAVITY, OUT):
             memory[row : row + 3] = 0.0
-        self.memory.filters[:] = fresh_memory(self.controller.estimator)
+        self.memory.filters[:] = fresh_memory()
         self._device = self._last = None
 
     def _require_fit(self, device: Device) -> None:

@@ -32,8 +32,8 @@ _PRESLIDING = (1e-3, 3e-4, 1e-4)
 _BRISTLE_RATIO = (0.0, 0.05, 0.2)
 DELAY = (0.0, 0.5, 1.0)  # From reading to torque in periods: at once, half a period to compute and send, a whole one
 CURRENT_LAG = 0.2e-3  # Time constant of a motor's current loop, s: a bandwidth of 0.8 kHz
-# Cut-off frequency of the low-pass on the joint rates, Hz. An adaptive window is quieter, but a loop bears an eighth of
-# the damping with one of 16 periods (`discrete.damping_cap`); a count of 14 bits makes 0.06 rad/s of noise.
+# Cut-off frequency of the low-pass on the joint rates, Hz. An adaptive window would be quieter, but a loop bears an
+# eighth of the damping with one of 16 periods; a count of 14 bits makes 0.06 rad/s of noise.
 _CORNER = 100.0
 
 

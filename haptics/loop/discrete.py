@@ -319,7 +319,7 @@ def damping_cap(
     effective_mass: float,
     period: float,
     delay: float,
-    estimator: LinearEstimator | Sequence[LinearEstimator],
+    estimator: LinearEstimator,
     margin: float = 2.0,
     *,
     current_lag: float = 0.0,
@@ -332,7 +332,7 @@ def damping_cap(
             directions the smallest eigenvalue of the mass matrix.
         period: s.
         delay: From the sample to the force, s.
-        estimator: Estimator of the velocity; of several (FOAW) the worst counts.
+        estimator: Estimator of the velocity.
         margin: Factor that is kept from the limit, at least 1; 2 is the usual gain margin of 6 dB.
         current_lag: Time constant of the current loop, s.
         stiffness: Stiffness of a spring rendered with it, N/m.
@@ -343,10 +343,7 @@ def damping_cap(
     if not (math.isfinite(margin) and margin >= 1.0):
         raise ValueError(f"margin is {margin!r}; it must be finite and at least 1")
     body, timing = axis(effective_mass), Timing(period, delay, current_lag)
-    several = (estimator,) if isinstance(estimator, LinearEstimator) else tuple(estimator)
-    if not several:
-        raise ValueError("no estimator was given; at least one is needed")
-    return DampingCap(min(sampled_loop(body, timing, e).damping_limit(stiffness).first for e in several), margin)
+    return DampingCap(sampled_loop(body, timing, estimator).damping_limit(stiffness).first, margin)
 
 
 class SampledBody(NamedTuple):
@@ -537,25 +534,13 @@ class LinearEstimator:
         return step, top[1:] - bottom[1:] * top[0], float(top[0])
 
 
-def linear_models(estimator: Estimator) -> tuple[LinearEstimator, ...]:
+def linear_model(estimator: Estimator) -> LinearEstimator:
     """Linear filter that an estimator of the controller is equivalent to.
 
     Args:
         estimator: Estimator of `haptics.control.filters`.
-
-    Returns:
-        One model of a difference or a low-pass. Of an adaptive window (FOAW) one for each window that it may hold: 1,
-        2, 4, ... periods and its longest; a result for it is the interval over these. A window that changes while the
-        handle oscillates is no linear filter, and is left to the simulated loop.
     """
-    from haptics.control.filters import FOAW_BEST, FOAW_END, LOW_PASS, transfer
+    from haptics.control.filters import transfer
 
-    def model(name: str, window: int | None) -> LinearEstimator:
-        top, bottom = transfer(estimator, window)
-        return LinearEstimator(name, tuple(top.tolist()), tuple(bottom.tolist()))
-
-    if estimator.kind not in (FOAW_END, FOAW_BEST):
-        return (model("low-pass" if estimator.kind == LOW_PASS else "difference", None),)
-    fit = "best" if estimator.kind == FOAW_BEST else "end"
-    windows = sorted({2**k for k in range(estimator.window.bit_length())} | {estimator.window})
-    return tuple(model(f"{fit} fit over {window}", window) for window in windows)
+    top, bottom = transfer(estimator)
+    return LinearEstimator("low-pass", tuple(top.tolist()), tuple(bottom.tolist()))

@@ -25,7 +25,7 @@ from haptics.loop.discrete import (
     Timing,
     attached,
     held,
-    linear_models,
+    linear_model,
     loaded,
     sampled_loop,
 )
@@ -184,8 +184,7 @@ class LinearLoop:
         late = (loop.delay if delay is None else delay) + reading_age(machine, loop)
         self.timing = Timing(loop.period, late, loop.current_lag)
         self.at_motor = bool(self.errors.at_motor)
-        self.estimator: LinearEstimator
-        (self.estimator,) = linear_models(low_pass(loop.period, loop.corner if corner is None else corner))
+        self.estimator = linear_model(low_pass(loop.period, loop.corner if corner is None else corner))
 
 
 def structure_at(machine: MachineModel, p: ArrayLike, loss: float = LOSS[1], share: float = 1.0) -> Structure:

@@ -23,7 +23,7 @@ from itertools import product
 from delta_cad.common.units import MM_PER_M
 from haptics.gravity.published import STIFFNESS_N_PER_MM
 from haptics.loop.assumptions import CURRENT_LAG, DELAY, default_estimator, joint_friction, nominal_plant
-from haptics.loop.discrete import DampingCap, LinearEstimator, Timing, bisect, damping_cap, linear_models
+from haptics.loop.discrete import DampingCap, LinearEstimator, Timing, bisect, damping_cap, linear_model
 from haptics.loop.linear import linearise
 from haptics.loop.passivity import Verdict, verdict
 from haptics.loop.wall_trial import LEVELS, PERIOD, Level, WallBench
@@ -161,7 +161,7 @@ class WallLoop:
         damping: Damping of the wall as applied, N s/m.
         period: s.
         delays: Least, nominal, largest, s.
-        estimators: Linear models of the velocity estimator.
+        estimator: Linear model of the velocity estimator.
         hands: The set, by name.
     """
 
@@ -169,7 +169,7 @@ class WallLoop:
     damping: float
     period: float
     delays: tuple[float, float, float]
-    estimators: Sequence[LinearEstimator]
+    estimator: LinearEstimator
     hands: Mapping[str, Hand]
 
 
@@ -208,10 +208,10 @@ def largest_walls(
     Timing(period, delays[2], CURRENT_LAG)  # refuses what cannot be
     if not hands:
         raise ValueError("the set of hands is empty; at least one is needed")
-    estimators = linear_models(default_estimator(period))
+    estimator = linear_model(default_estimator(period))
     mass = linearise(nominal_plant(machine), machine.centre).smallest_mass
-    cap = damping_cap(mass, period, delays[2], estimators, current_lag=CURRENT_LAG)
-    loop = WallLoop(machine, cap.applied(damping), period, delays, estimators, hands)
+    cap = damping_cap(mass, period, delays[2], estimator, current_lag=CURRENT_LAG)
+    loop = WallLoop(machine, cap.applied(damping), period, delays, estimator, hands)
 
     def simulated(axis: str, c: Corner, seed: int) -> Predicate:
         return WallBench(
@@ -270,7 +270,7 @@ def linear_limits(loop: WallLoop, axis: str, levels: tuple[Level, ...] = ("least
     """Limits of the linear loop of the whole device, ascending, one for each case.
 
     Args:
-        loop: The sampled loop; of several models of its estimator the worst counts for a case.
+        loop: The sampled loop.
         axis: "x", "y" or "z".
         levels: Friction: its ends with the ends of the delay, or the nominal one with the nominal delay.
 
@@ -284,9 +284,8 @@ def linear_limits(loop: WallLoop, axis: str, levels: tuple[Level, ...] = ("least
         here = linearise(nominal_plant(loop.machine)._replace(viscous=viscous[level]), loop.machine.centre)
         timing = Timing(loop.period, delay, CURRENT_LAG)
         for name, hand in loop.hands.items():
-            sampled = (here.joint_loop(AXES[axis], hand, timing, model) for model in loop.estimators)
-            worst = min(one.stiffness_limit(loop.damping).value for one in sampled)
-            ends.append(End(worst, Corner(name, level, delay)))
+            sampled = here.joint_loop(AXES[axis], hand, timing, loop.estimator)
+            ends.append(End(sampled.stiffness_limit(loop.damping).value, Corner(name, level, delay)))
     return sorted(ends, key=lambda end: end.stiffness)
 
 
@@ -353,9 +352,8 @@ def edge(stands: Predicate, guess: End) -> End:
 
 
 def _passivity(loop: WallLoop, axis: str, stiffness: float) -> Verdict:
-    """Passivity verdict with nominal friction and delay, by the most demanding model of the estimator."""
+    """Passivity verdict with nominal friction and delay."""
     here, normal = linearise(nominal_plant(loop.machine), loop.machine.centre), AXES[axis]
     mass, friction = here.effective_mass(normal), here.effective_friction(normal)
     timing = Timing(loop.period, loop.delays[1], CURRENT_LAG)
-    verdicts = [verdict(mass, friction, timing, m, stiffness, loop.damping, loop.hands) for m in loop.estimators]
-    return max(verdicts, key=lambda one: (list(type(one.kind)).index(one.kind), one.demand.friction))
+    return verdict(mass, friction, timing, loop.estimator, stiffness, loop.damping, loop.hands)

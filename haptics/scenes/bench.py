@@ -20,7 +20,7 @@ from haptics.loop.assumptions import (
     nominal_plant,
 )
 from haptics.loop.choice import PAPER
-from haptics.loop.discrete import DampingCap, bisect, damping_cap, linear_models
+from haptics.loop.discrete import DampingCap, bisect, damping_cap, linear_model
 from haptics.loop.hardware import reading_age, real_plant, sensor_errors
 from haptics.loop.linear import linearise
 from haptics.loop.simulation import SimulatedRun, simulate, timing
@@ -75,8 +75,8 @@ def damping_limit(mass: float, delay: float, stiffness: float, period: float = P
         stiffness: Stiffness of the spring, N/m.
         period: s.
     """
-    estimators = linear_models(default_estimator(period))
-    return damping_cap(mass, period, delay, estimators, current_lag=CURRENT_LAG, stiffness=stiffness)
+    estimator = linear_model(default_estimator(period))
+    return damping_cap(mass, period, delay, estimator, current_lag=CURRENT_LAG, stiffness=stiffness)
 
 
 def mass_for_damping(damping: float, delay: float, stiffness: float) -> float:

@@ -226,7 +226,8 @@ MUTANTS: dict[str, tuple[tuple[str, str, str, str], ...]] = {
     "tests/haptics/control/test_saturation.py tests/haptics/control/test_filters.py": (
         ("haptics/control/saturation.py", "gravity leaves its room on the wrong side",
          "top - hold if push > 0.0 else top + hold", "top + hold if push > 0.0 else top - hold"),
-        ("haptics/control/filters.py", "a best fit is half as steep", "6.0 * (2.0 * weighted", "3.0 * (2.0 * weighted"),
+        ("haptics/control/filters.py", "a low-pass takes in more than its share",
+         "(1.0 - estimator.pole) * difference", "difference"),
         ("haptics/control/filters.py", "a corner is in rad/s", "math.exp(-2.0 * math.pi *", "math.exp(-1.0 *"),
     ),
     "tests/haptics/control/supervisor/test_energy_tank.py": (

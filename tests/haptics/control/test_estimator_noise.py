@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from haptics.control.filters import backward_difference, foaw, low_pass
-from tests.haptics.control.signals import response, velocities
+from haptics.control.filters import low_pass
+from tests.haptics.control.signals import backward_difference, response, velocities
 
 T, QUANTUM = 1e-3, 1e-5
 SPEED = 5.0  # 500 quanta a sample at the most: rounding errors of neighbours are independent and even
@@ -30,7 +30,7 @@ def estimator_figure(estimator, quantum, speed, frequency=2.0):
     """Root mean square error, lag (s) and noise of the velocity of a sine of this frequency (Hz) and largest speed."""
     cycle = round(1.0 / (frequency * estimator.period))
     omega = 2.0 * math.pi / (cycle * estimator.period)
-    before = cycle * (2 + estimator.window // cycle)  # the start is forgotten and the window filled
+    before = 2 * cycle  # the start is forgotten
     phase = 2.0 * math.pi * np.arange(before + cycle) / cycle
     cos, sin = np.cos(phase[before:]), np.sin(phase[before:])
     shifts = np.arange(PASSES) * GOLDEN % 1.0
@@ -64,30 +64,11 @@ def test_low_pass(corner):
     assert found.lag == pytest.approx(late, abs=2e-7)  # noise, as above
 
 
-@pytest.mark.parametrize("best_fit", [False, True])
-def test_held_window(best_fit):
-    n = 8
-    estimator = foaw(T, 1.0, n, best_fit=best_fit)  # the band is the whole motion: the window is always n
-    found = estimator_figure(estimator, QUANTUM, SPEED)
-    assert found.lag == pytest.approx(n * T / 2, abs=2e-7)  # noise, as above
-    # of the end-fit line q / (n T sqrt(6)); of the fit q / (T sqrt(n (n + 1)(n + 2)))
-    expected = 1 / math.sqrt(n * (n + 1) * (n + 2)) if best_fit else 1 / (n * math.sqrt(6))
-    assert found.noise == pytest.approx(QUANTUM / T * expected, rel=5 * SPREAD)  # windows overlap: not independent
-
-
 def test_error_is_lag_and_noise_together():
     estimator = low_pass(T, 50.0)
     found = estimator_figure(estimator, QUANTUM, SPEED)
     off = abs(response(estimator, 2.0) / (2j * math.pi * 2.0) - 1.0) * SPEED / math.sqrt(2)
     assert found.rms_error == pytest.approx(math.hypot(off, found.noise), rel=1e-3)  # noise that is taken for motion
-
-
-def test_adaptive_window_is_late_when_slow_and_quick_when_fast():
-    quantum = 2 * math.pi / 16384
-    slow, fast = (estimator_figure(foaw(T, quantum, 32), quantum, speed) for speed in (0.02, 5.0))
-    plain = estimator_figure(backward_difference(T), quantum, 0.02)
-    assert slow.noise < plain.noise / 8
-    assert fast.lag < slow.lag / 3
 
 
 def test_frequency_is_that_of_the_motion():

@@ -16,7 +16,6 @@ from delta_cad.common import jit
 from delta_cad.mechanism import inverse_kinematics
 from haptics.commands.cli import main
 from haptics.control.controller import TOUCHED, Controller, fresh, tick
-from haptics.control.filters import foaw
 from haptics.control.pose import POSITION
 from haptics.control.supervisor.faults import EXTERNAL, FaultCode, State, findings
 from haptics.control.supervisor.memory import ENABLE, REQUEST, RESET
@@ -100,10 +99,8 @@ def readings(machine: MachineModel, ticks: int, seed: int) -> tuple[np.ndarray, 
     return time, theta
 
 
-@pytest.mark.parametrize("estimator", ["low-pass", "foaw"])
-def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path: Path, estimator: str) -> None:
-    chosen = foaw(1e-3, 3.8e-4, 8) if estimator == "foaw" else None
-    controller = default_controller(machine, estimator=chosen, joint_speed=60.0)
+def test_it_is_the_python_tick_double_for_double(machine: MachineModel, tmp_path: Path) -> None:
+    controller = default_controller(machine, joint_speed=60.0)
     library = compiled(controller, tmp_path / "controller")
     own = fresh(controller)
     theirs = np.frombuffer(bytearray(b"\x07" * memory_type(controller).itemsize), memory_type(controller))[0]

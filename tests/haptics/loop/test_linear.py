@@ -8,11 +8,12 @@ from scipy.optimize import minimize
 
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import DeltaGeometry, inverse_jacobian, inverse_kinematics, jacobian
-from haptics.control.filters import backward_difference, low_pass
+from haptics.control.filters import low_pass
 from haptics.gravity import gravity_torque
-from haptics.loop.discrete import Ports, SampledBody, Timing, linear_models, sampled_loop
+from haptics.loop.discrete import Ports, SampledBody, Timing, linear_model, sampled_loop
 from haptics.loop.linear import linearise
 from haptics.model.plant import FREE, STATES, Hand, advance, energy, plant
+from tests.haptics.control.signals import backward_difference
 from tests.haptics.loop.loops import axis_loop, monotone
 
 GEOMETRY = DeltaGeometry(0.040, 0.030, 0.082, 0.112079)
@@ -21,8 +22,8 @@ POSE = np.array([0.018, -0.011, 0.088])
 NORMAL = np.array([2.0, -1.0, 2.0]) / 3.0
 GRIP = Hand(0.1, 4.0, 200.0)
 T = 1e-3
-(DIFFERENCE,) = linear_models(backward_difference(T))
-(SMOOTH,) = linear_models(low_pass(T, 80.0))
+DIFFERENCE = linear_model(backward_difference(T))
+SMOOTH = linear_model(low_pass(T, 80.0))
 WEIGHTLESS = (0.0, 0.0, 0.0)
 
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from delta_cad.common.jit import compiled
-from haptics.control.filters import backward_difference, foaw, low_pass
+from haptics.control.filters import low_pass
 from haptics.loop.discrete import (
     LinearEstimator,
     Ports,
@@ -21,7 +21,7 @@ from haptics.loop.discrete import (
     Timing,
     attached,
     axis,
-    linear_models,
+    linear_model,
     loaded,
     sampled_loop,
 )
@@ -38,18 +38,19 @@ from haptics.loop.passivity import (
 )
 from haptics.model.hands import HANDS
 from haptics.model.plant import FREE, Hand
+from tests.haptics.control.signals import backward_difference
 
 T = 1e-3
-(DIFFERENCE,) = linear_models(backward_difference(T))
-(SMOOTH,) = linear_models(low_pass(T, 80.0))
-WINDOW = linear_models(foaw(T, 1.0, 6, best_fit=True))[-1]
+DIFFERENCE = linear_model(backward_difference(T))
+SMOOTH = linear_model(low_pass(T, 80.0))
+WINDOW = LinearEstimator("fit over six periods", tuple((np.linspace(3.0, -3.0, 7) / 28.0 / T).tolist()))
 
 
 @given(st.floats(0.0, 2e4), st.floats(-20.0, 50.0), st.floats(1e-4, 5e-3))
 @settings(max_examples=50, deadline=None)
 def test_spring_and_difference_without_delay(K: float, B: float, period: float) -> None:
     """b > K T / 2 + |B|, Colgate and Schenkel."""
-    (estimator,) = linear_models(backward_difference(period))
+    estimator = linear_model(backward_difference(period))
     demand = required_friction(Timing(period), estimator, K, B)
     # rounding of 1 - cos at the foot of the grid, 1e-16 / (pi 1e-4)^2, and the foot itself, (pi 1e-4)^2
     assert demand.friction == pytest.approx(K * period / 2 + abs(B), rel=1e-6, abs=1e-12)
@@ -189,7 +190,7 @@ def test_empty_set_of_hands_is_refused() -> None:
 
 
 T8 = 1.25e-4
-(SMOOTH8,) = linear_models(low_pass(T8, 300.0))
+SMOOTH8 = linear_model(low_pass(T8, 300.0))
 ONE = Ports(np.eye(1), np.eye(1))
 
 

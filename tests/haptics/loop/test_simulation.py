@@ -16,7 +16,6 @@ from delta_cad.drive import drive_torque
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import inverse_kinematics, jacobian
 from haptics.control.controller import FACTOR, FORCE, VELOCITY, Controller, fresh, tick
-from haptics.control.filters import backward_difference
 from haptics.control.pose import POSITION
 from haptics.control.supervisor.memory import ENABLE, REQUEST
 from haptics.control.supervisor.supervisor import ALL_FRESH
@@ -29,7 +28,7 @@ from haptics.loop.assumptions import (
     nominal_plant,
 )
 from haptics.loop.discrete import Timing as LinearTiming
-from haptics.loop.discrete import linear_models
+from haptics.loop.discrete import linear_model
 from haptics.loop.linear import linearise
 from haptics.loop.passivity import required_friction
 from haptics.loop.simulation import SimulatedRun, simulate, timing
@@ -41,6 +40,7 @@ from haptics.rendering.laws.constant_force import ConstantForce
 from haptics.rendering.laws.spring import SpringDamper
 from haptics.rendering.laws.virtual_wall import axis_wall
 from tests.committed import PUBLISHED
+from tests.haptics.control.signals import backward_difference
 from tests.haptics.scene_machine import MASSES
 
 HOME = np.array([0.0, 0.0, 0.0946])
@@ -181,7 +181,7 @@ def test_it_is_stable_where_the_eigenvalues_are(machine: MachineModel, axis: str
     par = nominal_plant(machine)._replace(coulomb=0.0, viscous=1e-3, current_lag=lag)
     estimator = backward_difference(1e-3)
     normal = np.eye(3)["xyz".index(axis)]
-    (model,) = linear_models(estimator)
+    model = linear_model(estimator)
     loop = linearise(par, HOME).joint_loop(normal, hand, LinearTiming(1e-3, delay, lag), model)
     limit = loop.stiffness_limit(damping).value
     # pressed into the wall once it is there, so that it is not left
@@ -288,7 +288,7 @@ def taken_from_the_hand(floating: MachineModel, par: Plant, record: SimulatedRun
 
 @pytest.mark.parametrize("frequency", [2.0, 5.0, 10.0])
 def test_a_passive_wall_takes_energy_and_one_that_is_not_gives_it(floating: MachineModel, frequency: float) -> None:
-    (model,) = linear_models(backward_difference(1e-3))
+    model = linear_model(backward_difference(1e-3))
     demand = required_friction(LinearTiming(1e-3, DELAY), model, STIFFNESS, 0.0).friction
     bare = nominal_plant(floating)._replace(coulomb=0.0, current_lag=0.0, viscous=1.0)
     per_viscous = linearise(bare, HOME).effective_friction([1.0, 0.0, 0.0])

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from haptics.control.filters import foaw
 from haptics.loop.assumptions import DELAY, default_estimator, joint_friction, nominal_plant
-from haptics.loop.discrete import LinearEstimator, Timing, linear_models
+from haptics.loop.discrete import Timing, linear_model
 from haptics.loop.linear import linearise
 from haptics.loop.page import stiffness_facts, stiffness_text
 from haptics.loop.passivity import PassivityClass
@@ -156,8 +155,8 @@ def test_walls_that_always_stand_are_lower_bounds(machine: MachineModel) -> None
 
 
 def test_linear_limits_are_those_of_each_case(machine: MachineModel) -> None:
-    estimators = linear_models(default_estimator(T))
-    ends = linear_limits(WallLoop(machine, 0.0, T, DELAYS, estimators, HANDS), "z")
+    estimator = linear_model(default_estimator(T))
+    ends = linear_limits(WallLoop(machine, 0.0, T, DELAYS, estimator, HANDS), "z")
     assert [end.stiffness for end in ends] == sorted(end.stiffness for end in ends)
     assert {end.corner for end in ends} == {Corner(*case) for case in product(HANDS, ("least", "largest"), (0.0, T))}
     viscous = dict(zip(("least", "nominal", "largest"), joint_friction(machine).viscous, strict=True))
@@ -165,22 +164,11 @@ def test_linear_limits_are_those_of_each_case(machine: MachineModel) -> None:
         par = nominal_plant(machine)._replace(viscous=viscous[end.corner.friction])
         here = linearise(par, machine.centre)
         timing = Timing(T, end.corner.delay, par.current_lag)
-        loop = here.joint_loop(AXES["z"], HANDS[end.corner.hand], timing, estimators[0])
+        loop = here.joint_loop(AXES["z"], HANDS[end.corner.hand], timing, estimator)
         assert loop.radius(0.999 * end.stiffness, 0.0) < 1.0 < loop.radius(1.001 * end.stiffness, 0.0)
     medium = {"medium": HANDS["medium"]}
-    (one,) = linear_limits(WallLoop(machine, 0.0, T, DELAYS, estimators, medium), "z", ("nominal",))
+    (one,) = linear_limits(WallLoop(machine, 0.0, T, DELAYS, estimator, medium), "z", ("nominal",))
     assert one.corner == SOME
-
-
-def test_the_worst_window_of_an_adaptive_estimator_counts(machine: MachineModel) -> None:
-    models = linear_models(foaw(T, 1.0, 8))
-    loop = WallLoop(machine, 30.0, T, DELAYS, models, {"one": Hand(0.1, 2.0, 100.0)})
-
-    def limit(models: tuple[LinearEstimator, ...]) -> float:
-        return linear_limits(replace(loop, estimators=models), "z", ("nominal",))[0].stiffness
-
-    alone = [limit((model,)) for model in models]
-    assert limit(models) == min(alone) < 0.8 * max(alone)
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ import pytest
 
 from delta_cad.mechanism import forward_kinematics, inverse_kinematics
 from haptics.loop.assumptions import CURRENT_LAG, default_estimator, encoder_count, joint_friction
-from haptics.loop.discrete import Timing, linear_models
+from haptics.loop.discrete import Timing, linear_model
 from haptics.loop.linear import linearise
 from haptics.loop.wall_trial import LEVELS, WallBench, oscillation, with_friction
 from haptics.model.hands import HANDS
@@ -66,7 +66,7 @@ def test_friction_holds_a_wall_that_would_swing(machine: MachineModel) -> None:
     """Frictionless in the linear loop, with all of it in the simulation: the latter bears more."""
     delay, stiffness = 0.5e-3, 3000.0
     here = linearise(with_friction(machine, "least"), WallBench(machine, "x", MEDIUM).trial(0.0).recording.position[0])
-    (estimator,) = linear_models(default_estimator())
+    estimator = linear_model(default_estimator())
     timing = Timing(1e-3, delay, CURRENT_LAG)
     assert here.joint_loop(np.eye(3)[0], HANDS["light"], timing, estimator).radius(stiffness, 0.0) > 1.0
     swings = {}

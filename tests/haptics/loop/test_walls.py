@@ -18,7 +18,6 @@ import pytest
 from delta_cad.drive.masses import Masses
 from delta_cad.mechanism import DeltaGeometry, inverse_kinematics, jacobian
 from haptics.control.controller import CEILING, FORCE, fresh, tick
-from haptics.control.filters import backward_difference
 from haptics.control.supervisor.supervisor import ALL_FRESH
 from haptics.control.wall_cap import (
     MULTI_CONTACT_FACTOR,
@@ -30,7 +29,7 @@ from haptics.control.wall_cap import (
     stable_wall,
 )
 from haptics.loop.choice import BOARD, DAMPED, PAPER, LoopChoice, RATES_Hz, at_rate
-from haptics.loop.discrete import Ports, Timing, linear_models, sampled_loop
+from haptics.loop.discrete import Ports, Timing, linear_model, sampled_loop
 from haptics.loop.hardware import board_controller, wall_cap
 from haptics.loop.linear import linearise
 from haptics.loop.passivity import required_friction
@@ -55,6 +54,7 @@ from haptics.model.machine import MachineModel
 from haptics.model.plant import FREE, plant
 from haptics.rendering import law_table
 from haptics.rendering.laws.virtual_wall import AXES, VirtualWall, axis_wall
+from tests.haptics.control.signals import backward_difference
 from tests.haptics.loop.loops import axis_loop, monotone
 from tests.haptics.scene_machine import gallery_machine
 
@@ -179,7 +179,7 @@ PLANT = plant(
 )
 POSE = [0.01, 0.0, 0.09]
 T = 1e-3
-(DIFFERENCE,) = linear_models(backward_difference(T))
+DIFFERENCE = linear_model(backward_difference(T))
 
 
 @pytest.mark.parametrize(

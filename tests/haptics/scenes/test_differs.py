@@ -17,7 +17,7 @@ from haptics.commands.cli import main
 from haptics.gravity.published import STIFFNESS_N_PER_MM
 from haptics.loop.assumptions import CURRENT_LAG, default_estimator, joint_friction
 from haptics.loop.choice import BOARD, DAMPED, PAPER
-from haptics.loop.discrete import Timing, linear_models, sampled_loop
+from haptics.loop.discrete import Timing, linear_model, sampled_loop
 from haptics.loop.hardware import real_plant
 from haptics.loop.linear import linearise
 from haptics.loop.wall_trial import LEAN, WallBench
@@ -105,7 +105,7 @@ def test_what_gives_way_bears_an_eighth_of_the_damping(best: Design, most: float
     assert deviation < 0.02 if stands else deviation > 1.0
     here = linearise(real_plant(machine, PAPER), machine.centre + machine.half_side)
     body, _ = here.body(GUIDE)
-    (estimator,) = linear_models(default_estimator(PERIOD))
+    estimator = linear_model(default_estimator(PERIOD))
     loop = sampled_loop(body, Timing(PERIOD, DELAY, CURRENT_LAG), estimator, here.ports(np.eye(3), len(body.mass)))
     assert (float(loop.radius(0.0, applied)) < 1.0) is stands
 

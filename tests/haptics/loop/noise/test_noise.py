@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from haptics.control.filters import backward_difference, low_pass
+from haptics.control.filters import low_pass
 from haptics.loop.assumptions import encoder_count
 from haptics.loop.choice import BOARD, DAMPED, at_rate
-from haptics.loop.discrete import Timing, axis, linear_models, loaded, sampled_loop
+from haptics.loop.discrete import Timing, axis, linear_model, loaded, sampled_loop
 from haptics.loop.hardware import (
     LOSS,
     UNKNOWN_NOISE,
@@ -31,6 +31,7 @@ from haptics.model.sensor import SensorErrors
 from haptics.rendering import law_table
 from haptics.rendering.laws.spring import SpringDamper
 from haptics.scenes.noise import in_band
+from tests.haptics.control.signals import backward_difference
 from tests.haptics.loop.noise.built import structured, with_structure
 
 T = DAMPED.period
@@ -38,11 +39,11 @@ T = DAMPED.period
 
 def test_a_stiff_hold_passes_noise_as_it_is() -> None:
     """A handle that nothing moves: u = -K w - B (w - w before) / T, whose variance is plain."""
-    (model,) = linear_models(backward_difference(T))
+    model = linear_model(backward_difference(T))
     fixed = loaded(axis(1.0, 1e3), np.eye(1), stiffness=1e6)  # gives by 5e-4 of what is asked
     _, command = covariance(sampled_loop(fixed, Timing(T), model), 500.0, 0.3, np.array([[4e-12]]))
     assert float(command[0, 0]) == pytest.approx(4e-12 * ((500.0 + 0.3 / T) ** 2 + (0.3 / T) ** 2), rel=5e-3)
-    (smooth,) = linear_models(low_pass(T, 300.0))
+    smooth = linear_model(low_pass(T, 300.0))
     pole = np.exp(-2.0 * np.pi * 300.0 * T)
     _, command = covariance(sampled_loop(fixed, Timing(T), smooth), 0.0, 0.3, np.array([[4e-12]]))
     share = 2.0 * (1.0 - pole) ** 2 / (1.0 + pole)  # of white noise through (1 - a)(1 - 1/z) / (1 - a/z)
