@@ -137,9 +137,9 @@ class CableRun:
             found.append(atan(abs(lug - take_off) / length) - self.lead_rad)
         return found[0], found[1]
 
-    def lug_tolerance_mm(self, limit_rad: float = FLEET_LIMIT_RAD) -> float:
-        """Computes by how much a lug may be off before a strand leaves the plane across the axes by a limit."""
-        return self.shortest_mm * (tan(limit_rad) - self.climb)
+    def lug_tolerance_mm(self) -> float:
+        """Computes by how much a lug may be off before a strand leaves the plane across the axes by the limit."""
+        return self.shortest_mm * (tan(FLEET_LIMIT_RAD) - self.climb)
 
     def stiffness_N_mm(self, EA_N: float, turned_rad: float, anchors_mm: float = 0.0) -> float:
         """Computes the stiffness at the sector's pitch circle, both strands together, the pinion held.

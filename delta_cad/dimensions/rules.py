@@ -31,12 +31,12 @@ def tenths_above(length_mm: float) -> float:
     return ceil(10.0 * length_mm - 1e-9) / 10.0
 
 
-def ceil_sig(value: float, digits: int = 4) -> str:
-    """Writes a lower bound to significant digits, rounded up: what is read and typed keeps it, too."""
+def ceil_sig(value: float) -> str:
+    """Writes a lower bound to four significant digits, rounded up: what is read and typed keeps it, too."""
     if value == 0.0 or not isfinite(value):
         return f"{value:g}"
-    places = digits - 1 - floor(log10(abs(value)))
-    return f"{round(ceil(value * 10.0**places - 1e-9) / 10.0**places, max(places, 0)):.{digits}g}"
+    places = 3 - floor(log10(abs(value)))
+    return f"{round(ceil(value * 10.0**places - 1e-9) / 10.0**places, max(places, 0)):.4g}"
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ _NEXT_TO_MM = 0.3  # of a wall, where it is looked whether a cutter reaches a fl
 _FAR_MM = 1e3  # beyond every part
 _SHIFT_MM = 0.01  # off a floor, so that a line does not begin in it
 _LEFT_MM = 0.05  # that a cutter may leave in a corner without a rounding: half of what ISO 2768-m allows a size
+_LEAST_SINE = 0.02  # of the angle between two faces that meet at an inner corner; what is smoother is none
 _NEAR_MM = 1e-5  # of faces that nearly meet: a hundredth of what is measured
 _ARC_RAD = 1.0  # longest arc of a cable drawn on a drum: off its helix by micrometres
 _STEEP = 0.014  # climb above which arcs are shorter
@@ -287,13 +288,8 @@ class _InnerEdge:
         return self.edge.geomType() == "LINE"
 
 
-def _inner_edges(shape: cq.Shape, least_sine: float = 0.02) -> list[_InnerEdge]:
-    """Finds the edges of a solid in which faces meet at an inner corner.
-
-    Args:
-        shape: A solid.
-        least_sine: Of the angle between the faces' normals; what is smoother is none.
-    """
+def _inner_edges(shape: cq.Shape) -> list[_InnerEdge]:
+    """Finds the edges of a solid in which faces meet at an inner corner."""
     from OCP.BRep import BRep_Tool
     from OCP.gp import gp_Pnt, gp_Vec
     from OCP.TopAbs import TopAbs_EDGE, TopAbs_REVERSED
@@ -321,7 +317,7 @@ def _inner_edges(shape: cq.Shape, least_sine: float = 0.02) -> list[_InnerEdge]:
         normals = np.array([face.normalAt(middle).toTuple() for face in (one, others[0][0])])
         across = cross(normals[0], normals[1])
         # the first face lies to the left of its edge, seen along it from outside
-        if np.linalg.norm(across) >= least_sine and cross(normals[0], tangent) @ normals[1] > 0.0:
+        if np.linalg.norm(across) >= _LEAST_SINE and cross(normals[0], tangent) @ normals[1] > 0.0:
             planes = one.geomType() == "PLANE", others[0][0].geomType() == "PLANE"
             found.append(_InnerEdge(edge, np.array(middle.toTuple()), tangent, normals, planes))
     return found
@@ -368,10 +364,10 @@ def round_inside(
     return feature(part, "inner corners", "outline", build)
 
 
-def _left_mm(corner: _InnerEdge, radius: float = CORNERS_MM[0]) -> float:
-    """What a round cutter leaves in a corner between two walls, from the corner to the rounding, mm."""
+def _left_mm(corner: _InnerEdge) -> float:
+    """What the roundest cutter leaves in a corner between two walls, from the corner to the rounding, mm."""
     between = acos(min(max(float(corner.normals[0] @ corner.normals[1]), -1.0), 1.0))
-    return radius * (1.0 / max(cos(between / 2.0), _SHORT_MM) - 1.0)
+    return CORNERS_MM[0] * (1.0 / max(cos(between / 2.0), _SHORT_MM) - 1.0)
 
 
 @memoize

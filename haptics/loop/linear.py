@@ -169,7 +169,6 @@ class LinearLoop:
         loop: The loop.
         here: The device at the pose.
         delay: From reading to torque, s; the loop's nominal one if left out. The age of a reading comes on top.
-        corner: Of the velocity filter, Hz; the loop's if left out.
     """
 
     def __init__(
@@ -178,13 +177,12 @@ class LinearLoop:
         loop: LoopChoice,
         here: Linearised,
         delay: float | None = None,
-        corner: float | None = None,
     ) -> None:
         self.here, self.errors = here, sensor_errors(machine, loop)
         late = (loop.delay if delay is None else delay) + reading_age(machine, loop)
         self.timing = Timing(loop.period, late, loop.current_lag)
         self.at_motor = bool(self.errors.at_motor)
-        self.estimator = linear_model(low_pass(loop.period, loop.corner if corner is None else corner))
+        self.estimator = linear_model(low_pass(loop.period, loop.corner))
 
 
 def structure_at(machine: MachineModel, p: ArrayLike, loss: float = LOSS[1], share: float = 1.0) -> Structure:

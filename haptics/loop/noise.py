@@ -144,7 +144,6 @@ class NoisyLoop(LinearLoop):
         hand: Who holds the handle.
         noise: Of a reading, rad; the design's own encoder's, counts included, if left out.
         kept: Share of it that is in the next reading; the design's own encoder's if left out.
-        corner: Of the velocity filter, Hz; the loop's if left out.
         normal: (3,) of a wall; a spring in all directions if left out.
         par: The plant; the design's with nominal friction if left out.
         structure: What gives way under the knob; that of a plant that is given, else that of the device, if left out.
@@ -159,7 +158,6 @@ class NoisyLoop(LinearLoop):
         *,
         noise: float | None = None,
         kept: float | None = None,
-        corner: float | None = None,
         normal: np.ndarray | None = None,
         par: Plant | None = None,
         structure: Structure | None = None,
@@ -168,7 +166,7 @@ class NoisyLoop(LinearLoop):
         if par is None:
             par, structure = real_plant(machine, loop), structure or structure_at(machine, at)
         here = linearise(par if normal is None else par.in_contact, at, structure)
-        super().__init__(machine, loop, here, corner=corner)
+        super().__init__(machine, loop, here)
         body, self.place = here.body(hand)
         along = np.eye(3) if normal is None else np.asarray(normal, dtype=float)[:, None]
         deviation = _reading_deviation(machine, loop) if noise is None else noise

@@ -5,7 +5,6 @@ A pair whose common volume the kernel cannot tell is a failure that says so.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -49,9 +48,7 @@ class Touch:
     turning: Turning | None = None
 
 
-def check_fits(
-    assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary, progress: Callable[[str], None] = lambda _: None
-) -> list[CheckResult]:
+def check_fits(assembly: Assembly, limits: CheckLimits, meshes: MeshLibrary) -> list[CheckResult]:
     """Bounds the common volumes of parts on one link, and of contacts across links over the range of their joints.
 
     Returns:
@@ -70,7 +67,6 @@ def check_fits(
     declared = CheckResult("fits declared", not unknown, len(unknown), 0, "", detail=detail)
     if unknown:
         return [declared]
-    progress("fits: common volumes")
     solver = _Overlaps(meshes)
     within = solver.worst("overlap on one link", _within_links(assembly, meshes))
     across = solver.worst("overlap of contacts", _across_links(assembly, limits))

@@ -148,7 +148,7 @@ def working_mm(spring: catalogue.WaveSpring) -> tuple[float, float]:
     return spring.free_height_mm - WORKING[1] * way, spring.free_height_mm - WORKING[0] * way
 
 
-def seat_tilt_rad(bracket: BracketDimensions, span_mm: float = SPAN_MM) -> float:
+def seat_tilt_rad(bracket: BracketDimensions) -> float:
     """Computes the largest tilt of a shoulder's shaft in its bearings by their seats' offset, rad.
 
     Both cheeks' dowel holes are reamed on the foot block with a mandrel through the two seats. What is left is the
@@ -158,7 +158,7 @@ def seat_tilt_rad(bracket: BracketDimensions, span_mm: float = SPAN_MM) -> float
     apart = bracket.cheek_dowel_u_mm[1] - bracket.cheek_dowel_u_mm[0]
     by_mandrel = sum(wide + MANDREL_MM for wide in SEATS_MM) / 2
     by_dowels = 2 * DOWEL_PLAY_MM * (1.0 + 2 * -bracket.cheek_screw_z_mm / apart)
-    return (by_mandrel + by_dowels) / span_mm
+    return (by_mandrel + by_dowels) / SPAN_MM
 
 
 def minutes(angle_rad: float) -> float:

@@ -167,7 +167,7 @@ def _drive(assembly: Assembly, poses: Mapping[str, np.ndarray]) -> list[_Placed]
     group = [
         o for o in assembly.occurrences if _CHAIN.fullmatch(o.name) and not _of_rods(o) and o.part.number != "foot"
     ]
-    moves = exploded_chain(assembly, MeshLibrary(assembly.parts, *_MESHED), group, 0)
+    moves = exploded_chain(assembly, MeshLibrary(assembly.parts, *_MESHED), group)
     return [(one, _shifted(poses[one.name], moves[one.name])) for one in group]
 
 

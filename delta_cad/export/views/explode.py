@@ -111,9 +111,9 @@ def exploded(assembly: Assembly, meshes: Meshes) -> dict[str, np.ndarray]:
     return moves
 
 
-def exploded_chain(assembly: Assembly, meshes: Meshes, parts: Sequence[Occurrence], i: int) -> dict[str, np.ndarray]:
-    """Computes how far each of some parts of a chain moves where they alone are taken apart; as `exploded`."""
-    names, stand = {o.name for o in parts}, chain_stand(assembly.placement.geometry, i)
+def exploded_chain(assembly: Assembly, meshes: Meshes, parts: Sequence[Occurrence]) -> dict[str, np.ndarray]:
+    """Computes how far each of some parts of chain 0 moves where they alone are taken apart; as `exploded`."""
+    names, stand = {o.name for o in parts}, chain_stand(assembly.placement.geometry, 0)
     return _moved(
         _Taken(assembly, meshes).group(lambda o: o.name in names, stand, Y),
         np.zeros(3),

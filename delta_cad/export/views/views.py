@@ -259,7 +259,7 @@ class _Studio:
     def _exploded(self) -> list[Sheet]:
         """The drive taken apart, with the item of each part."""
         chain = self._chain()
-        moves = exploded_chain(self.assembly, self.meshes, [o for o, _ in chain], 0)
+        moves = exploded_chain(self.assembly, self.meshes, [o for o, _ in chain])
         pulled = [(o, replace(part, points=part.points + moves[o.name])) for o, part in chain]
         scene = PartScene([part for _, part in pulled])
         sheet = Sheet(scene.renderer, _EXPLODED, SIZE, scene.points_mm, room=BALLOON_ROOM)
