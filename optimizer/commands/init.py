@@ -79,7 +79,8 @@ def preset_text(preset: str, name: str | None = None) -> str:
         if chosen is not None:
             value, reported = chosen[2], chosen[3] or reported
         elif table == "feel" and field in feel:
-            value, reported = feel[field], f"{reported}; the default for this force"
+            value = feel[field]
+            reported += "" if "default" in reported else "; the default for this force"
         if field == _NAME_FIELD and name is not None and re.fullmatch(NAME_PATTERN, name):
             value = f'"{name}"'
         inert = "" if chosen or (table == "feel" and field in feel) else "# "

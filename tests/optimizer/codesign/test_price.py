@@ -104,7 +104,7 @@ class Cheap(Search):
         self.log.candidates += 1
         lengths = (91.0, 143.0, 31.0, 24.0, 64.0, 40.0)
         score = -price_EUR(self.brief, choice, lengths) - 10.0 * abs(choice.ratio - 4.8)
-        return Candidate(None, choice, lengths, Corrections(self.first), score)  # type: ignore[arg-type]
+        return Candidate(None, choice, lengths, Corrections(reference()), score)  # type: ignore[arg-type]
 
     def _estimate(self, choice: Selection, start_mm: Any = None) -> Any:
         del start_mm
@@ -124,7 +124,7 @@ def test_a_cost_goal_finds_a_cheaper_machine_than_the_default(monkeypatch: pytes
         assert search.built_candidate is not None
         return Outcome(design, passed, {}, None, (), -1.1 * search.built_candidate.score)
 
-    search = Cheap(required, build, lambda _: passed, reference())
+    search = Cheap(required, build, lambda _: passed)
     best = search.best()
     assert best is not None
     candidate, outcome = best
@@ -156,7 +156,7 @@ def test_what_is_reported_of_a_build_ranks_it(
                 hardware=SimpleNamespace(motor=choice.motor), cube=SimpleNamespace(half_side_mm=1.0)
             )
             score = -len(names) * at[choice.motor][0] * (1.0 + 0.01 * abs(choice.ratio - 4.8))
-            return Candidate(cast(Design, named), choice, lengths, Corrections(self.first), score)
+            return Candidate(cast(Design, named), choice, lengths, Corrections(reference()), score)
 
         def _estimate(self, choice: Selection, start_mm: Any = None) -> Any:
             del start_mm
@@ -166,7 +166,7 @@ def test_what_is_reported_of_a_build_ranks_it(
         value = at[design.hardware.motor][1]
         return Outcome(design, [CheckResult(name, True, value, 9.0, unit) for name in names], {}, None, ())
 
-    search = Known(required, build, lambda _: [], reference())
+    search = Known(required, build, lambda _: [])
     best = search.best()
     assert best is not None
     assert best[0].choice.motor == motors[1]
