@@ -424,7 +424,7 @@ class DesignReport:
             "",
             "## What each limit costs",
             "",
-            "Estimated with this hardware and what was learnt of it:",
+            "Estimated with this hardware:" if self.costs else "Less than the search resolves.",
             "",
             *(
                 f"- {c.field} = {c.wider:g} instead of {c.requested:g}: {c.gain:.3g} {self.unit} better"

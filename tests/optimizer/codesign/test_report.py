@@ -168,7 +168,7 @@ def test_it_says_what_binds_what_limits_cost_and_what_is_proved_and_runs_nothing
 
 def test_where_nothing_failed_no_lesson_is_announced() -> None:
     found = page(POSED, None, why=())
-    assert "Lessons" not in "".join(e.text for e in [*found.all("h2"), *found.all("a")])
+    assert "Corrections" not in "".join(e.text for e in [*found.all("h2"), *found.all("a")])
 
 
 @pytest.mark.parametrize("posed", [[], POSED[:1], [Trial(POSED[0].choice, -0.34)]])
