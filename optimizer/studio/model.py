@@ -6,9 +6,12 @@ sought, and the size follows by a step of Newton's for each answer, whose slope 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from delta_cad.common.units import MM_PER_M
 from delta_cad.mechanism.limits import Limits
@@ -20,11 +23,12 @@ from optimizer.codesign.hardware import Selection, drives, first_ratios, price_E
 from optimizer.codesign.lengths import ENOUGH, ROUNDS, best_lengths
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.validation import RequirementsError
-from optimizer.problem.variables import PER_SI, SIDE, completed, mechanism_of, named
+from optimizer.problem.variables import COSINE, PER_SI, SIDE, completed, mechanism_of, named
 from optimizer.studio.sensitivity import sensitivity
 from optimizer.studio.setting import Key, Solved, Task, of_size
 
-_HELD = 2e-5  # share of a closed form's limit that lengths in whole micrometres may exceed
+_HALF_MM, _HALF_DEG = 5e-4, 5e-5  # of the last digit of lengths and azimuth
+_HELD = 1e-6  # share of a limit to which a search keeps it
 _STEPS = 8  # of Newton's until a cube that is set has its size of machine
 _CLOSE = 5e-4  # share of a score below which two are the same
 
@@ -155,14 +159,19 @@ def certify(found: Solved) -> Proved:
     """Proves every limit of the task over the whole cube, and measures every figure.
 
     The limits are those of the task, without the room that the search leaves; masses are estimated from the lengths,
-    and a closed form holds within what lengths in whole micrometres change of it.
+    and a closed form holds within what the rounding of each length changes of it at most.
     """
     problem = found.problem(exact=True)
     g, cube = mechanism_of(found.lengths_mm)
     proof = prove(g, cube, problem.pose_limits())
     left = [one.condition for one in proof.findings if one.verdict != "proved"]
-    closed = problem.design_margins(completed(found.lengths_mm)[None] / PER_SI)
-    left += [name for name, margin in closed.items() if float(margin[0]) < -_HELD]
+    lengths = completed(found.lengths_mm)
+    steps = np.full(len(lengths), _HALF_MM)
+    steps[COSINE] = math.radians(_HALF_DEG) * math.sqrt(1.0 - lengths[COSINE] ** 2)
+    rounded = np.vstack([lengths, lengths + np.diag(steps), lengths - np.diag(steps)])
+    for name, (own, *others) in problem.design_margins(rounded / PER_SI).items():
+        changes = np.abs(np.reshape(others, (2, -1)) - own).max(axis=0)
+        left += [name] if own < -changes.sum() - _HELD else []
     return Proved(not left, tuple(dict.fromkeys(left)), proof.boxes)
 
 

@@ -17,7 +17,7 @@ from optimizer.codesign.lengths import CONVERGED, ENOUGH, best_lengths
 from optimizer.problem.variables import SIDE, mechanism_of
 from optimizer.studio import background, knobs, model, outlook
 from optimizer.studio.body import USUAL, body, sizes
-from optimizer.studio.model import Solver, certify, figures_of
+from optimizer.studio.model import Solver, certify, figures_of, hardware_of
 from optimizer.studio.sensitivity import sensitivity
 from tests.optimizer.studio.tasks import joystick, pocket
 
@@ -39,6 +39,19 @@ def test_a_slider_that_moved_far_comes_to_what_a_search_from_nothing_finds(place
     assert cold is not None
     assert settled.side_mm == pytest.approx(cold.side_mm, rel=2.0 * CONVERGED)
     assert moved.side_mm == pytest.approx(cold.side_mm, rel=0.01)  # its masses are those of the lengths before
+
+
+@pytest.mark.parametrize("width", [286.0, 277.0, 256.0])
+def test_what_rounding_takes_of_an_outline_leaves_no_limit_open(width: float) -> None:
+    """Of these lengths in whole micrometres a corner of the platform is up to 2.3e-5 of the outline beyond it."""
+    task = joystick(requirements__envelope_width_mm=width)
+    task = replace(task, choice=hardware_of(task.brief)[0])
+    solver = Solver()
+    settled = solver.settle(task)
+    assert settled is not None
+    assert certify(settled).open == ()
+    longer = (settled.lengths_mm[0] + 0.02, *settled.lengths_mm[1:])
+    assert certify(replace(settled, lengths_mm=longer)).open
 
 
 def test_a_least_machine_has_the_size_that_a_search_from_nothing_finds() -> None:
