@@ -23,7 +23,7 @@ from optimizer.codesign.hardware import Selection, drives, first_ratios, price_E
 from optimizer.codesign.lengths import ENOUGH, ROUNDS, best_lengths
 from optimizer.problem.brief import DesignBrief
 from optimizer.problem.validation import RequirementsError
-from optimizer.problem.variables import COSINE, PER_SI, SIDE, completed, mechanism_of, named
+from optimizer.problem.variables import COSINE, LENGTHS, PER_SI, SIDE, completed, mechanism_of, named
 from optimizer.studio.sensitivity import sensitivity
 from optimizer.studio.setting import Key, Solved, Task, of_size
 
@@ -168,6 +168,8 @@ def certify(found: Solved) -> Proved:
     lengths = completed(found.lengths_mm)
     steps = np.full(len(lengths), _HALF_MM)
     steps[COSINE] = math.radians(_HALF_DEG) * math.sqrt(1.0 - lengths[COSINE] ** 2)
+    if problem.symmetric:  # whose placement is exact
+        steps[len(LENGTHS) :] = 0.0
     rounded = np.vstack([lengths, lengths + np.diag(steps), lengths - np.diag(steps)])
     for name, (own, *others) in problem.design_margins(rounded / PER_SI).items():
         changes = np.abs(np.reshape(others, (2, -1)) - own).max(axis=0)

@@ -56,7 +56,7 @@ def test_what_was_found_stands_in_its_folder(
     monkeypatch.setattr(report, "results_of", results_of)
     monkeypatch.setattr(report, "certificate_of", certificate_of)
     finds(monkeypatch)
-    assert call(file, "--out", tmp_path / "out", "--json") == 0
+    assert call(file, "--out", tmp_path / "out", "--minutes", "12", "--json") == 0
     reported = json.loads(capsys.readouterr().out)
     assert reported["cube_side_mm"] == pytest.approx(86.33, abs=0.01)
     assert reported["outline_mm"] == [247.9, 219.5]
@@ -67,7 +67,7 @@ def test_what_was_found_stands_in_its_folder(
     folder = Path(reported["folder"])
     design = load_design(folder / "design.json")
     assert design.provenance is not None
-    assert design.provenance["command"] == "python -m optimizer design task.toml --seed 0"
+    assert design.provenance["command"] == "python -m optimizer design task.toml --seed 0 --minutes 12"
     certificate = read_certificate(folder / "certificate.json")
     assert "holding_torque" in verify(certificate, design).proved
     text = (folder / "design.md").read_text(encoding="utf-8")
@@ -314,6 +314,24 @@ def test_the_verdict_is_printed_before_the_nearest_machine_is_searched(
     last = f"design {file} --out {tmp_path / 'out'} --resume" if stopped else "up to a factor of 10 was enough"
     assert [line.endswith(last) for line in after] == [True]
     assert bool(list((tmp_path / "out").glob("*.jsonl"))) is stopped
+
+
+def test_where_no_eased_task_has_a_machine_it_is_said_how_far_limits_were_eased(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
+) -> None:
+    def minimal_relaxations(search: Search) -> list[Relaxation]:
+        eased = search.brief.with_values({"requirements.force_N": 2.0})
+        start = Start(CHOICE, LENGTHS, Corrections(reference()))
+        return [Relaxation(("requirements.force_N",), (3.0,), (2.0,), eased, start)]
+
+    forces = list[float]()
+    monkeypatch.setattr(Search, "best", lambda search: search.log.no_progress.update({"a capstan": "too weak"}))
+    monkeypatch.setattr(Search, "built", lambda search, *_: forces.append(search.brief.requirements.force_N))
+    monkeypatch.setattr(relaxation, "minimal_relaxations", minimal_relaxations)
+    assert call(file, "--out", tmp_path / "out") == 1
+    said = "no machine passed every check with the first 1 of these changes, up to 1.5 times further"
+    assert capsys.readouterr().out.splitlines()[-1] == said
+    assert min(forces) == pytest.approx(2.0 / 1.5)
 
 
 @pytest.mark.usefixtures("paper_build")
