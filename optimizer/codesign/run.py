@@ -245,7 +245,7 @@ def nearest_machine(
                 say(f"the nearest machine stands in {facts['folder']}, with {one}")
                 return
         if found:
-            tried = f"the first {min(_NEAREST, len(found))} of these changes, up to {_EASIER[-1]:g} times further"
-            say(f"no machine passed every check with {tried}")
+            tried = " or ".join(" and ".join(one.fields) for one in found[:_NEAREST])
+            say(f"no machine passed every check with {tried} changed up to {_EASIER[-1]:g} times further")
         elif not run.over():
             say(f"no change of limits up to a factor of {relaxation.MOST:g} was enough")

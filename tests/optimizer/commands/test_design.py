@@ -329,7 +329,7 @@ def test_where_no_eased_task_has_a_machine_it_is_said_how_far_limits_were_eased(
     monkeypatch.setattr(Search, "built", lambda search, *_: forces.append(search.brief.requirements.force_N))
     monkeypatch.setattr(relaxation, "minimal_relaxations", minimal_relaxations)
     assert call(file, "--out", tmp_path / "out") == 1
-    said = "no machine passed every check with the first 1 of these changes, up to 1.5 times further"
+    said = "no machine passed every check with requirements.force_N changed up to 1.5 times further"
     assert capsys.readouterr().out.splitlines()[-1] == said
     assert min(forces) == pytest.approx(2.0 / 1.5)
 
